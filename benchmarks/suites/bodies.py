@@ -205,7 +205,7 @@ def measure(options: Namespace) -> Report:
             requirements.append(Requirement(faster, clock[1] / clock[2], ">=", FASTER))
         requirements += [
             Requirement(
-                f"{count} bodies: time of {peer}, relative to ours", found[peer].run / ours, ">=", least
+                f"{count} bodies: time of {peer}, relative to lagrange", found[peer].run / ours, ">=", least
             )
             for peer, least in ((REBOUND, 1), (HEYOKA, 2))
             if peer in found

@@ -95,7 +95,9 @@ def measure(options: Namespace) -> Report:
         parts += [f"**{title}**, {lattice.stop:g} units of time:", table(found)]
         mine = found["lagrange"]
         requirements += [
-            Requirement(f"{title}: time of {name}, relative to ours", found[name].run / best, ">=", FASTER)
+            Requirement(
+                f"{title}: time of {name}, relative to lagrange", found[name].run / best, ">=", FASTER
+            )
             for name in PEERS
             for best in [fastest(found, found[name].error)]
         ]
@@ -107,7 +109,7 @@ def measure(options: Namespace) -> Report:
 
 
 def fastest(found: dict[str, Figures], error: float) -> float:
-    """The time of the fastest of our runs whose error is not larger than that of another program."""
+    """The time of lagrange's fastest run whose error is not larger than that of another program."""
     return min((found[name].run for name in OURS if found[name].error <= error), default=math.inf)
 
 

@@ -92,7 +92,7 @@ def measure(options: Namespace) -> Report:
         for name, factor in FASTER.items():
             ratio = min(least_ratio(found, errors, name, tolerance) for tolerance in TOLERANCES)
             requirements.append(
-                Requirement(f"{motion.name}: time of {name}, relative to ours", ratio, ">=", factor)
+                Requirement(f"{motion.name}: time of {name}, relative to lagrange", ratio, ">=", factor)
             )
     return Report(tuple(parts), tuple(requirements))
 

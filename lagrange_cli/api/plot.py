@@ -152,7 +152,7 @@ def file_of(one: Any, held: ExitStack) -> Path:
         path = Path(one)
         if path.suffix.lower() in (".yaml", ".yml"):
             raise UsageError(
-                f"{path} is a system file, not an output: plot what solve or sweep returns for it"
+                f"{path} is a system file, not an output: give what solve or sweep returns for it"
             )
         return path
     raise UsageError(f"plot draws motions, sweeps, sections and output files, not {type(one).__name__}")

@@ -12,7 +12,7 @@ from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
 from lagrange_cli.api.stored import Stored, stored
 from lagrange_cli.api.system import System, content_of
-from lagrange_cli.api.words import in_python
+from lagrange_cli.api.words import in_python, python_words
 from lagrange_cli.errors import UsageError
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.ensembles.contents import how_they_ended
@@ -63,7 +63,7 @@ class Sweep(Stored):
         return self["status"]
 
     def __repr__(self) -> str:
-        shape = " x ".join(f"{n} {name}" for name, n in self._ensemble.members.shape.items())
+        shape = " x ".join(f"{n} {python_words(name)}" for name, n in self._ensemble.members.shape.items())
         return f"<sweep of {self.name}: {self.members} members ({shape}), {self.message}>"
 
 

@@ -153,7 +153,7 @@ class Builder:
         try:
             return self.algebra.number(str(integer(tree, indices)))
         except ExpressionError as error:
-            hint = "// and % are for whole numbers: indices and sizes"
+            hint = "// and % are for whole numbers: indices and sizes; a comment begins with #"
             raise ExpressionError(error.span, error.message, hint) from error
 
     def _sum(self, tree: Sum, indices: Indices) -> Value:

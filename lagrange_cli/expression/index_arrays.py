@@ -72,6 +72,8 @@ def integers(tree: Tree, indices: Indices) -> Whole:
             raise Unsuited
         if tree.operator == "*":
             return multiplied(left, right)
+        if tree.operator == "**":
+            return raised(left, right)
         return modest(OPERATIONS[tree.operator](left, right))  # type: ignore[arg-type]
     if isinstance(tree, Call) and tree.function in FUNCTIONS:
         values = [integers(one, indices) for one in tree.arguments]
@@ -106,6 +108,16 @@ def multiplied(left: Whole, right: Whole) -> Whole:
     if np.any(np.abs(np.multiply(left, right, dtype=np.float64)) > LARGEST):
         raise Unsuited
     return left * right
+
+
+def raised(base: Whole, exponent: Whole) -> Whole:
+    """The power. Raises ``Unsuited`` where it is no whole number, or too large."""
+    if np.any(np.less(exponent, 0)):
+        raise Unsuited
+    with np.errstate(over="ignore"):
+        if np.any(np.power(np.abs(base), exponent, dtype=np.float64) > LARGEST):
+            raise Unsuited
+    return base**exponent
 
 
 def holding(condition: Tree, indices: Indices) -> bool | Mask:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Mask, Whole, integers, modest, multiplied
+from lagrange_cli.expression.index_arrays import Mask, Whole, integers, modest, multiplied, raised
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Lookup, Name, Negative, Tree
 
@@ -112,6 +112,14 @@ def _multiplied(left: Bounds, right: Bounds) -> Bounds:
     return _corners(multiplied, left, right)
 
 
+def _raised(left: Bounds, right: Bounds) -> Bounds:
+    """Of the power; wider ones where bases may be negative."""
+    if np.any(np.less(left[0], 0)):
+        most = raised(np.maximum(1, np.maximum(np.abs(left[0]), np.abs(left[1]))), right[1])
+        return -most, most
+    return _corners(raised, left, right)
+
+
 def _divided(left: Bounds, right: Bounds) -> Bounds:
     """Of the quotient without remainder; all that it may be where divisors have both signs."""
     if np.any(np.less_equal(right[0], 0) & np.greater_equal(right[1], 0)):
@@ -146,6 +154,7 @@ def _absolute(values: Bounds) -> Bounds:
 
 _ARITHMETIC: dict[str, Callable[[Bounds, Bounds], Bounds]] = {
     "+": _added, "-": _subtracted, "*": _multiplied, "//": _divided, "%": _remainder,
+    "**": _raised,
 }  # fmt: skip
 _EXTREMES: dict[str, Callable[..., Bounds]] = {
     "min": lambda a, b: (np.minimum(a[0], b[0]), np.minimum(a[1], b[1])),

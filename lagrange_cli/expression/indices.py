@@ -32,7 +32,7 @@ LARGEST = 2**53
 """Whole numbers up to here are exact as floats too."""
 
 OPERATIONS: dict[str, Callable[[int, int], int]] = {
-    "+": add, "-": sub, "*": mul, "//": floordiv, "%": mod,
+    "+": add, "-": sub, "*": mul, "//": floordiv, "%": mod, "**": lambda a, b: power(a, b),
 }  # fmt: skip
 COMPARISONS: dict[str, Callable[[int, int], bool]] = {
     "==": eq, "!=": ne, "<": lt, "<=": le, ">": gt, ">=": ge,
@@ -42,7 +42,16 @@ EXTREMES: dict[str, Callable[[Any, Any], Any]] = {
     "min": lambda a, b: a + (b - a) * (b < a), "max": lambda a, b: a + (b - a) * (b > a),
 }  # fmt: skip
 """Of two, which may be arrays."""
-_MADE_OF = "use whole numbers, sizes and indices with + - * // % and abs, min, max"
+_MADE_OF = "use whole numbers, sizes and indices with + - * // % ** and abs, min, max"
+
+
+def power(base: int, exponent: int) -> int:
+    """``base**exponent``, or a number of that sign that is too large, too. Raises ``ValueError`` for a
+    negative exponent."""
+    if exponent < 0:
+        raise ValueError
+    found: int = base ** min(exponent, 54 + exponent % 2)
+    return found
 
 
 class Unsuited(Exception):
@@ -146,6 +155,10 @@ def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:
     except ZeroDivisionError as error:
         raise ExpressionError(
             tree.span, f"division by zero{known_indices(tree, indices)}", "the divisor must not be 0"
+        ) from error
+    except ValueError as error:
+        raise ExpressionError(
+            tree.span, f"negative exponent{known_indices(tree, indices)}", "the power is no whole number"
         ) from error
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 
 from lagrange_cli.expression.cursor import CONDITION_HINT, SUM_EXAMPLE, WHERE_EXAMPLE, Cursor
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.syntax import Number, Span, Tree, Vector
-from lagrange_cli.expression.vocabulary import OR, SUM
+from lagrange_cli.expression.vocabulary import CALLABLE, OR, SUM
 
+EXAMPLE = f"as in {SUM_EXAMPLE}"
 _CLOSES = {"(": ")", "[": "]"}
 
 
@@ -49,6 +51,19 @@ class Lists(Cursor, ABC):
             found.append(self.missing())
         return found, comma
 
+    def sum_hint(self, token: Token) -> str:
+        """How to write a sum, where a loop stands in the parentheses of something else."""
+        before, depth = self.text[: token.span.start - self.offset], 0
+        for place in range(len(before) - 1, -1, -1):
+            depth += (before[place] in ")]") - (before[place] in "([")
+            if depth < 0:
+                called = re.search(r"[^\W\d][\w.]*\s*$", before[:place])
+                name = called.group().strip() if called else ""
+                if name.lower() in ("prod", "product"):
+                    return "there are no products over an index: write the factors out, or exp(sum(log(...)))"
+                return f"write sum(...) for {name}(...)" if name not in ("", *CALLABLE) else EXAMPLE
+        return EXAMPLE
+
     def unexpected(self, found: list[Tree]) -> None:
         """Report a token that cannot stand after an expression, and skip it."""
         token = self.next
@@ -63,7 +78,7 @@ class Lists(Cursor, ABC):
         elif token.text == "else":
             self.refuse(token.span, "'else' is not allowed", f"write {WHERE_EXAMPLE}")
         elif token.kind == "word" and token.text in ("for", "in"):
-            self.refuse(token.span, f"'{token.text}' outside a sum", f"as in {SUM_EXAMPLE}")
+            self.refuse(token.span, f"'{token.text}' outside a sum", self.sum_hint(token))
         elif token.kind == "word":
             self.refuse(token.span, "condition outside 'where' and a sum", CONDITION_HINT)
         elif self.sees("["):

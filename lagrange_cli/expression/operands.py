@@ -23,6 +23,7 @@ from lagrange_cli.expression.vocabulary import (
     CALLABLE,
     COMPONENTS,
     CONSTANTS,
+    FAMILY_WORDS,
     POINT,
     POWER,
     SIGN,
@@ -80,7 +81,8 @@ class Operands(Sums):
             parts.append(self.name_of(self.advance()))
         span = Span(token.span.start, self.stop)
         if self.sees("("):
-            hint = f"write {parts[-1]}(...)" if parts[-1] in CALLABLE else "write * for a product"
+            known = parts[-1] in CALLABLE or parts[-1] in FAMILY_WORDS
+            hint = f"write {parts[-1]}(...)" if known else "write * for a product"
             if parts[-1] == "diff":
                 hint = _velocity_hint(name)
             self.error(span, f"'{name}.{parts[-1]}' is not a function", hint)

@@ -11,20 +11,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.families.arrays import Term, Total
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Source, Term, Total
+from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.contacts import Contacts, Impacts
+from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
+from lagrange_cli.families.coupled import coupled_impacts
 from lagrange_cli.families.events import SEEDS, Events, random_state
-from lagrange_cli.families.impacts import impacts_of
-from lagrange_cli.families.reflection import EventStates
+from lagrange_cli.families.impacts import COUPLED, impacts_of
+from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.reflection import EventStates, turned
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.expression.index_arrays import Places
 
-
+SLOWED = (
+    "impacts on chains and trees that reduce the speed",
+    "let them reflect without loss, or give each link coordinates of its own",
+    "events",
+)
+"""What members are written out for, how to do without, and the section of the file that has it."""
 AFFECTED = 16
 """So many events, on the average, have arguments that each simple action changes, at most."""
 
@@ -72,20 +83,100 @@ class Reading:
                     self.wide[table] = True
 
 
-def with_actions(builder: FamilyBuilder, events: Events, masses: Total, forces: Total) -> Events:
-    """Events with what follows from what actions set, if they set anything.
+def with_actions(
+    builder: FamilyBuilder, events: Events, masses: Total, forces: Total, *, bound: Bonds | None
+) -> Events:
+    """Events with what follows from what actions set, if they set anything. Where coordinates are ``bound``
+    by constraints, these have impulses, too.
 
     Raises ``Unsuited`` for actions that change masses, and for contacts that are not followed here.
     """
     if not events.changed.size:
         return events
-    n = builder.q.count
+    n, (_, places) = builder.q.count, events.changed
+    read = Reading(builder, events.arguments)
+    refuse_masses(builder, events, masses)
+    states = EventStates(builder, events)
+    impacts = impacts_in(builder, events, read, states, (masses, forces), bound)
+    simple, pairs = simple_in(events, read)
+    contacts = None if impacts is None else impacts.contacts
+    if isinstance(contacts, Coupled):
+        simple[:] = False
+    elif contacts is not None:
+        simple[disturbing(events, contacts, n)] = False
+    if bound is not None:
+        simple[pushed(events, bound, n)] = False
+    every = np.ones(events.count, dtype=bool)
+    speeds = bool(np.all((places >= n) & (places < 2 * n)))
+    lossless = states.reversed if bound is not None else lambda: states.lossless(masses)
+    keeps = speeds and bool(states.judge(lossless, every).all())
+    affected = affected_by(simple, pairs)
+    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
+
+
+def on_joints(
+    builder: FamilyBuilder, events: Events, found: Articulation, kinetic: Node, *, bound: Bonds | None
+) -> Events:
+    """The same on chains and trees, of this T.
+
+    Raises ``Unsuited`` for actions that change masses, and for impacts that reduce the speed.
+    """
+    if not events.changed.size:
+        return events
+    n, (acting, places) = builder.q.count, events.changed
+    refuse_masses(builder, events, weights_on(found))
+    read = Reading(builder, events.arguments)
+    impacts = np.zeros(events.count, dtype=bool)
+    impacts[acting] = True
+    impacts[acting[(places < n) | (places >= 2 * n)]] = False
+    impacts[read.readers[(read.places >= n) & (read.places < 2 * n)]] = False
+    if np.any(read.wide[n : 2 * n]):
+        impacts[read.adding] = False
+    reflected, lossless = turned(builder, events, kinetic)
+    if np.any(impacts & ~reflected):
+        raise Unsuited(*SLOWED)
+    simple, pairs = simple_in(events, read)
+    if bound is not None:
+        simple[pushed(events, bound, n)] = False
+    keeps = bool(np.all((places >= n) & (places < 2 * n)))
+    if keeps and bound is not None:
+        lossless &= EventStates(builder, events).reversed()
+    keeps = keeps and bool(lossless.all())
+    return replace(events, simple=simple, affected=affected_by(simple, pairs), keeps_energy=keeps)
+
+
+def pushed(events: Events, bound: Bonds, n: int) -> Places:
+    """The events after which constraints have impulses: those that set more than velocities which no
+    constraint contains."""
     acting, places = events.changed
-    read, of_masses = Reading(builder, events.arguments), Reading(builder, masses)
+    free = np.ones(n, dtype=bool)
+    for one in bound.bounds:
+        for rows in one.rows:
+            free[rows] = False
+    speeds = (places >= n) & (places < 2 * n)
+    found: Places = acting[~speeds | ~free[np.where(speeds, places - n, 0)]]
+    return found
+
+
+def refuse_masses(builder: FamilyBuilder, events: Events, masses: Total) -> None:
+    """Raise ``Unsuited`` where actions set what masses depend on."""
+    places, of_masses = events.changed[1], Reading(builder, masses)
     if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
         raise Unsuited
-    states = EventStates(builder, events)
-    impacts = impacts_in(builder, events, read, states, masses, forces)
+
+
+def weights_on(found: Articulation) -> Total:
+    """All masses of joints together."""
+    terms = [term for one in found.inertia for term in one.terms]
+    terms += [Term(one.domain, weight.mass, one.rows[0]) for one in found.joints for weight in one.weights]
+    count = 1 + max((int(one.targets.max(initial=0)) for one in terms), default=0)
+    return Total(Source.TOTAL, count, tuple(terms))
+
+
+def simple_in(events: Events, read: Reading) -> tuple[NDArray[np.bool_], Places]:
+    """Which events have simple actions, and the pairs (2, pairs) of one with an action and one whose argument
+    this changes."""
+    acting, places = events.changed
     left, right = (np.searchsorted(read.places, places, side) for side in ("left", "right"))
     counts = right - left
     simple = np.zeros(events.count, dtype=bool)
@@ -97,15 +188,15 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total, forces: 
     doing, reading = np.repeat(acting, counts), read.readers[begins + np.arange(len(begins))]
     simple[acting[read.wide[places]]] = False
     simple[doing[doing == reading]] = False
-    if impacts is not None and impacts.contacts is not None:
-        simple[disturbing(events, impacts.contacts, n)] = False
-    pairs = (doing * events.count + reading)[simple[doing]]
-    pairs = pairs[np.sort(np.unique(pairs, return_index=True)[1])]
-    affected = tuple(zip(*(one.tolist() for one in np.divmod(pairs, events.count))))
-    every = np.ones(events.count, dtype=bool)
-    speeds = bool(np.all((places >= n) & (places < 2 * n)))
-    keeps = speeds and bool(states.judge(lambda: states.lossless(masses), every).all())
-    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
+    return simple, np.stack([doing, reading])
+
+
+def affected_by(simple: NDArray[np.bool_], pairs: Places) -> tuple[tuple[int, int], ...]:
+    """The pairs of simple actions, each once."""
+    doing, reading = pairs[:, simple[pairs[0]]]
+    keys = doing * len(simple) + reading
+    keys = keys[np.sort(np.unique(keys, return_index=True)[1])]
+    return tuple(zip(*(one.tolist() for one in np.divmod(keys, len(simple)))))
 
 
 def disturbing(events: Events, contacts: Contacts, n: int) -> Places:
@@ -123,10 +214,16 @@ def disturbing(events: Events, contacts: Contacts, n: int) -> Places:
 
 
 def impacts_in(
-    builder: FamilyBuilder, events: Events, read: Reading, states: EventStates, masses: Total, forces: Total
+    builder: FamilyBuilder,
+    events: Events,
+    read: Reading,
+    states: EventStates,
+    given: tuple[Total, Total],
+    bound: Bonds | None,
 ) -> Impacts | None:
     """The impacts that do not reflect the speed: the motion may come to rest there (see
-    ``mechanics.contacts``), if something drives it back."""
+    ``mechanics.contacts``), if something drives it back. Masses and forces are ``given``."""
+    masses, forces = given
     n, count = builder.q.count, events.count
     acting, places = events.changed
     is_speed = (places >= n) & (places < 2 * n)
@@ -145,4 +242,10 @@ def impacts_in(
     slowing = np.flatnonzero(impact & ~states.judge(states.reflected, impact))
     state = FamilyValues(builder, *random_state(builder, SEEDS[1]))
     with np.errstate(all="ignore"):
-        return impacts_of(builder, events, slowing, (forces, masses), state)
+        try:
+            if bound is None:
+                return impacts_of(builder, events, slowing, (forces, masses), state)
+        except Unsuited as error:
+            if error.args != COUPLED:
+                raise
+        return coupled_impacts(builder, events, slowing, masses, bound, state)

@@ -22,6 +22,8 @@ class Reversal:
         if system.modes is not None and system.modes.sticking is not None:
             multipliers = system.modes.sticking.multipliers
             self._known[multipliers] = multipliers
+        if system.modes is not None and system.modes.locks is not None:
+            self._known[system.modes.locks.left] = system.modes.locks.left
         joints = system.joints
         self._places = {*joints.nodes} if joints else set[Total]()
         self._speeds = {one for one in joints.rates if one is not None} if joints else set[Total]()
@@ -56,7 +58,10 @@ class Reversal:
         if modes is not None:
             limits = None if modes.limits is None else self.of(modes.limits)
             loose = None if modes.loose is None else self.of(modes.loose)
-            modes = replace(modes, arguments=self.of(modes.arguments), limits=limits, loose=loose)
+            locks = modes.locks and replace(modes.locks, other=self.of(modes.locks.other))
+            modes = replace(
+                modes, arguments=self.of(modes.arguments), limits=limits, loose=loose, locks=locks
+            )
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,

@@ -96,7 +96,9 @@ def with_breaks(
         return
     safe = ["h"] if system.events is not None and system.events.keeps_energy else []
     asked = [one.quantity for one in found if one.quantity not in safe]
-    broken = {**dict.fromkeys(safe, ()), **breaks(system, states, asked, actions)}
+    broken: dict[str, Sequence[int]] = {**dict.fromkeys(safe, ()), **breaks(system, states, asked, actions)}
+    if system.events is not None and system.bonds is not None and "h" in asked:
+        broken["h"] = np.unique(actions.acting).tolist()  # by impulses of constraints, too
     for one in found:
         events = tuple(actions.names[e] for e in broken[one.quantity])
         because = f"{one.because}; {between_events(events)}" if events else one.because

@@ -9,6 +9,7 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+    from lagrange_cli.families.bonds import Bonds
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +39,28 @@ class Contacts:
 
 
 @dataclass(frozen=True, eq=False)
+class Coupled:
+    """Resting contact at the ``events`` of these numbers whose forces depend on one another, and on those of
+    constraints: all are the ``bonds``, so many ``fixed`` ones first. ``signs`` has the modes of contacts, and
+    ``multipliers`` their forces, which are the last of all multipliers."""
+
+    events: Places
+    bonds: Bonds
+    fixed: int
+    signs: Array
+    multipliers: Total
+
+    @property
+    def count(self) -> int:
+        """The number of contacts."""
+        return len(self.events)
+
+
+@dataclass(frozen=True, eq=False)
 class Impacts:
     """Impacts that reduce the speed, at the ``events`` of these numbers, in order. ``speeds`` are dg/dt after
     each one's own action. Members may rest where there are ``contacts``; from others they go apart."""
 
     events: Places
     speeds: Total
-    contacts: Contacts | None
+    contacts: Contacts | Coupled | None

@@ -13,7 +13,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.bonds import Bonds
-from lagrange_cli.families.contacts import Contacts, Impacts
+from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass, field
@@ -39,6 +39,17 @@ class Component:
 
 
 @dataclass(frozen=True, eq=False)
+class Locks:
+    """Coordinates of joints that friction holds: ``gates`` are 0 of those, and 1 of all others. What would
+    move them, ``left``, follows from the ``other`` forces on them and what they carry, and has no terms (see
+    ``families.locked``)."""
+
+    gates: Total
+    other: Total
+    left: Total
+
+
+@dataclass(frozen=True, eq=False)
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
     Those that are ``holding`` coordinates may be 0, with two ``limits`` for each of them (see
@@ -51,6 +62,8 @@ class Modes:
     limits: Total | None = None
     sticking: Bonds | None = None
     loose: Total | None = None
+    locks: Locks | None = None
+    """Coordinates of joints that may be held."""
     placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Of those that are holding, the ones that are decided by places."""
 
@@ -118,13 +131,18 @@ class FamilySystem:
     """The system with modes in place of switches in forces, if there are any."""
     modes: Modes | None = None
     """These modes, in that system."""
-    contact: Contacts | None = None
+    contact: Contacts | Coupled | None = None
     """Resting contact, whose forces are among the others then (see ``families.resting``)."""
 
     @property
-    def contacts(self) -> Contacts | None:
+    def contacts(self) -> Contacts | Coupled | None:
         """Resting contact at events."""
         return None if self.impacts is None else self.impacts.contacts
+
+    @property
+    def coupled(self) -> Coupled | None:
+        """The same, where its forces depend on one another."""
+        return self.contacts if isinstance(self.contacts, Coupled) else None
 
     @property
     def impacts(self) -> Impacts | None:

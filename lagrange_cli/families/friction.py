@@ -8,18 +8,17 @@ direction leads back: F(v < 0) >= 0 >= F(v > 0). These are ``limits``, as of ``n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.families.arrays import NONE, Array, Domain, Slot, Slots, Term, Total, placed, total_of
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, placed
 from lagrange_cli.families.bonds import Bonds
-from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.description import FamilySystem, Locks
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import where_it_vanishes
@@ -35,15 +34,6 @@ if TYPE_CHECKING:
 
 
 SEED, CHOICES = 1, 2
-ROUNDED = 1e-10
-"""Places that differ by a smaller part are one."""
-SIDES = (0, 1.0), (1, -1.0)
-"""The two limits of a mode, and the sign of the forces in them."""
-PLACES = (
-    "forces that jump at several places of one coordinate, which parameters set, or where friction acts, too",
-    "write these places as numbers",
-)
-"""What members are written out for, and how to do without."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +93,7 @@ class Held:
     """The ``modes`` that hold coordinates, in order; two ``limits`` for each of them; all ``other`` forces,
     which the ``forces`` take; and what is ``applied``, which balances those of L where it holds.
     Coordinates that stick to others have bonds with these, and ``loose`` forces besides (see
-    ``relative_friction``)."""
+    ``relative_friction``). Those of joints have ``locks``."""
 
     modes: Places
     limits: Total
@@ -112,14 +102,17 @@ class Held:
     applied: Total
     sticking: Bonds | None = None
     loose: Total | None = None
+    locks: Locks | None = None
 
 
 def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
     velocity is that of others or of a belt there, or its place that of others or of a wall."""
-    if system.joints is not None or system.bonds is not None:
+    if system.bonds is not None:
         return False
     inside, targets = linear_in(system, one.argument, moving), one.term.targets
+    if system.joints is not None and len(inside) > 1:
+        return False
     return any(np.array_equal(slot.table, targets) for _, slot in inside)
 
 
@@ -186,108 +179,6 @@ def linear_in(system: FamilySystem, argument: Node, moving: int) -> list[tuple[N
         return []
     constant = not any(slots.graph.diff(argument, s).symbols & moving for s, _ in inside)
     return inside if constant else []
-
-
-def held(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    rest: Rest,
-    modes: Array,
-    numbers: Mapping[tuple[Domain, Node], Places],
-    frozen: Callable[[Term], Term],
-) -> Held:
-    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``. One
-    coordinate may be held at several places.
-
-    Raises ``Unsuited`` where one mode holds several coordinates, or several may hold one at the same place.
-    """
-    slots, count = system.slots, system.q.count
-    pairs = np.concatenate([np.stack([one.term.targets, numbers[one.place]], axis=1) for one in listed])
-    pairs = np.unique(pairs, axis=0)
-    rows, holding = np.ascontiguousarray(pairs.T)
-    if len(np.unique(holding)) < len(holding):
-        raise Unsuited
-    places = places_of(system, listed, numbers, modes.count)[holding]
-    by_place = np.lexsort((places, rows))  # nan comes last
-    same, places = np.diff(rows[by_place]) == 0, places[by_place]
-    if not np.all(np.diff(places)[same] > ROUNDED * np.abs(places[1:][same])):
-        raise Unsuited(*PLACES)
-    own = modes_of(rows, holding, count)
-    order = np.full(modes.count, NONE)
-    order[holding] = np.arange(len(holding))
-    resting, free = np.unique(rows), np.flatnonzero(own[:, 0] == NONE)
-    other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
-    still, moving, every = Domain(len(resting)), Domain(len(free)), Domain(len(rows))
-    whole, applied, slope = (slots.symbol(still, one, resting) for one in (other, rest.applied, rest.slopes))
-    moves = gate(slots, still, modes, own[resting])
-    forces = [Term(still, moves * whole, resting)]
-    balanced = [Term(still, moves * applied + (1.0 - moves) * slope, resting)]
-    if len(free):
-        forces.append(Term(moving, slots.symbol(moving, other, free), free))
-        balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
-    everywhere = slots.symbol(every, other, rows)
-    limits = [Term(every, sign * everywhere, 2 * np.arange(len(rows)) + k) for k, sign in SIDES]
-    for term, given in by_term(listed).items():
-        force, targets = frozen(term), term.targets
-        forces.append(replace(force, node=gate(slots, term.domain, modes, own[targets]) * force.node))
-        mine = [numbers[one.place] for one in given]
-        for one, which in zip(given, mine):
-            below, above = frozen(one.side(slots.graph, 2)), frozen(one.side(slots.graph, 1))
-            limits.append(Term(term.domain, below.node, 2 * order[which]))
-            limits.append(Term(term.domain, -above.node, 2 * order[which] + 1))
-        for k in range(own.shape[1]):  # those that hold the same coordinates by other terms
-            which = own[targets, k]
-            others = np.all([which != one for one in (*mine, *own[targets, :k].T)], axis=0)
-            members = np.flatnonzero(others)
-            if len(members):
-                domain = Domain(len(members))
-                node = placed(slots, force.node, domain, members)
-                places = 2 * order[which[members]]
-                limits += [Term(domain, sign * node, places + side) for side, sign in SIDES]
-    return Held(
-        modes=holding, limits=total_of(2 * len(rows), limits, slots.graph), other=other,
-        forces=total_of(count, forces, slots.graph), applied=total_of(count, balanced, slots.graph),
-    )  # fmt: skip
-
-
-def places_of(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    numbers: Mapping[tuple[Domain, Node], Places],
-    count: int,
-) -> Numbers:
-    """The place of a coordinate at which each mode changes, nan if it is not a number that is known now."""
-    slots, graph, found = system.slots, system.slots.graph, np.full(count, np.nan)
-    none, given = np.zeros(system.q.count), np.zeros(system.given.count)
-    values = FamilyValues(system, 0.0, none, none, given)
-    for one in listed:
-        inside = [*slots.inside(one.argument)]
-        moving = [symbol for symbol, slot in inside if slot.array is system.q]
-        fixed = [symbol for symbol, slot in inside if slot.array is system.whole]
-        if len(moving) == 1 and one.argument.symbols == sum(s.symbols for s in (*moving, *fixed)):
-            at_zero = substituted(graph, [one.argument], {moving[0]: graph.zero})[0]
-            found[numbers[one.place]] = -values.node(at_zero / graph.diff(one.argument, moving[0]))
-    return found
-
-
-def modes_of(rows: Places, holding: Places, count: int) -> Places:
-    """The modes that hold each coordinate, (coordinates, modes): its last one stands for those that it does
-    not have; ``NONE`` where it has none."""
-    each = np.bincount(rows, minlength=count)
-    first = np.cumsum(each) - each
-    found = np.full((count, each.max()), NONE)
-    for k in range(each.max()):
-        places = first[each > 0] + np.minimum(k, each[each > 0] - 1)
-        found[each > 0, k] = holding[places]
-    return found
-
-
-def by_term(listed: Sequence[Friction]) -> Mapping[Term, Sequence[Friction]]:
-    """Friction by the terms in which it is."""
-    found: dict[Term, list[Friction]] = {}
-    for one in listed:
-        found.setdefault(one.term, []).append(one)
-    return found
 
 
 def gate(slots: Slots, domain: Domain, modes: Array, numbers: Places) -> Node:

@@ -91,7 +91,8 @@ class Finding:
         listed = [
             one for term in events.arguments.terms if (one := self._own(term, self.order[term.targets]))
         ]
-        self._arguments = listed
+        self.arguments = listed
+        """Their arguments, at the numbers of contacts."""
         keys = [
             term.targets * self.degrees + slot.table
             for term in listed
@@ -114,7 +115,7 @@ class Finding:
         return Term(domain, placed(self.slots, term.node, domain, members), contacts[members])
 
     def _refuse_switches(self) -> None:
-        nodes = [one.node for one in (*self._arguments, *self._values)]
+        nodes = [one.node for one in (*self.arguments, *self._values)]
         if any(one.kind is Kind.SWITCH for one in reachable(nodes)):
             raise Unsuited
         if any(isinstance(slot.array, Total) for one in nodes for _, slot in self.slots.inside(one)):
@@ -141,7 +142,7 @@ class Finding:
         """dg/dq."""
         terms = [
             Term(one.domain, self.graph.diff(one.node, symbol), self.slope_of(one.targets, slot.table))
-            for one in self._arguments
+            for one in self.arguments
             for symbol, slot in self.slots.inside(one.node)
             if slot.array is self.builder.q
         ]
@@ -152,7 +153,7 @@ class Finding:
         """d2g/dt2 with constant velocities."""
         terms = [
             Term(one.domain, self._rate(self._rate(one.node, one.domain), one.domain), one.targets)
-            for one in self._arguments
+            for one in self.arguments
         ]
         return total_of(len(self.resting), terms, self.graph)
 
@@ -234,7 +235,7 @@ class Finding:
                 slope = self.slots.symbol(domain, self.slopes, read)
                 terms.append(Term(domain, slope * speed, self.reads[0, read]))
         time = self.builder.time
-        for one in self._arguments:
+        for one in self.arguments:
             if one.node.symbols & time.symbols:
                 terms.append(replace(one, node=self.graph.diff(one.node, time)))
         return total_of(len(self.resting), terms, self.graph)
@@ -248,7 +249,7 @@ class Finding:
         alone = np.bincount(self.reads[0], minlength=len(others)) == 1
         alone &= np.bincount(acts[0], minlength=len(others)) == 1
         time = self.builder.time.symbols
-        for one in self._arguments:
+        for one in self.arguments:
             if one.node.symbols & time:
                 alone[one.targets] = False
         for e, k in acts.T.tolist():

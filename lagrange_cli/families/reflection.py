@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import NONE, Term, Total
+from lagrange_cli.families.arrays import NONE, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.events import ROUNDED, SEEDS, Events, random_state
 from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 ITERATIONS = 50
 """Steps of Newton's method to where an event happens."""
+NUMBERS = 2**21
+"""Velocities at all states that are looked at together."""
 REACHED = 1e-13
 """An argument is 0 if it is this part of its terms."""
 
@@ -143,6 +146,14 @@ class EventStates(FamilyValues):
         )
         return np.abs(change) <= ROUNDED * size
 
+    def reversed(self) -> Any:
+        """Which events give all velocities that they set the opposite sign: T stays the same with whatever
+        impulses of constraints there are besides."""
+        acting, places = self._changed
+        new, old = self._new, self.v[places - self.degrees]
+        wrong = np.abs(new + old) > ROUNDED * (np.abs(new) + np.abs(old))
+        return np.bincount(acting, wrong, self.count) == 0
+
     def judge(self, test: Callable[[], Any], asked: Any) -> Any:
         """Which of the events ``asked`` (booleans) pass a test at a random state, or where they happen."""
         with np.errstate(all="ignore"):
@@ -152,3 +163,27 @@ class EventStates(FamilyValues):
                     self._move()
                 found |= test()
         return found & asked
+
+
+def turned(builder: FamilyBuilder, events: Events, kinetic: Node) -> tuple[Any, Any]:
+    """On chains and trees, of which events the action changes the sign of the rate of the argument, and
+    nothing else of it; and which of them do not change T, all at a random state."""
+    t, q, v, parameters = random_state(builder, SEEDS[1])
+    acting, places = events.changed
+    given = (one for one in events.arguments.terms if not builder.slots.moving(one.node, {builder.v}))
+    terms = [replace(one, node=builder.rate(one.node, one.domain)) for one in given]
+    rates = total_of(events.count, terms, builder.graph)
+    reflected, lossless = np.ones((2, events.count), dtype=bool)
+    with np.errstate(all="ignore"):
+        here = FamilyValues(builder, t, q, v, parameters)
+        new, before, energy = here.of(events.values), here.of(rates), here.node(kinetic)
+        speeds = (places >= len(q)) & (places < 2 * len(q))
+        for some in np.array_split(np.unique(acting), -(-len(q) * events.count // NUMBERS)):
+            mine = np.flatnonzero(np.isin(acting, some) & speeds)
+            columns = np.repeat(v[:, None], len(some), axis=1)
+            columns[places[mine] - len(q), np.searchsorted(some, acting[mine])] = new[mine]
+            there = FamilyValues(builder, t, np.repeat(q[:, None], len(some), axis=1), columns, parameters)
+            after = there.of(rates)[some, np.arange(len(some))]
+            reflected[some] = np.abs(after + before[some]) <= ROUNDED * (np.abs(after) + np.abs(before[some]))
+            lossless[some] = np.abs(there.node(kinetic) - energy) <= ROUNDED * np.abs(energy)
+    return reflected, lossless

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lagrange_cli.families.arrays import NONE, Domain, Term, total_of
-from lagrange_cli.families.contacts import Contacts
+from lagrange_cli.families.contacts import Contacts, Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.records import replace
 
@@ -15,6 +15,8 @@ def with_contacts(system: FamilySystem) -> FamilySystem:
     contacts = system.contacts
     if contacts is None:
         return system
+    if isinstance(contacts, Coupled):  # their forces are multipliers
+        return replace(system, contact=contacts)
     slots, graph, count, degrees = system.slots, system.slots.graph, contacts.count, system.q.count
     reading, each = Domain(contacts.reads.shape[1]), Domain(count)
     numbers, (events, rows) = np.arange(count), contacts.reads

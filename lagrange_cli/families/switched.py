@@ -20,13 +20,17 @@ JUMPS = (
     "and let other forces not jump, or only where they vanish with the relative velocity",
 )
 """What members are written out for, and how to do without."""
+ON_JOINTS = (
+    "forces that jump on chains and trees, other than with one coordinate or its velocity",
+    "write friction as -F*sign(a_dot[i]) on a[i], or a steep function that does not jump, such as tanh(9*u)",
+)
 SMOOTH = "write a steep function that does not jump, such as tanh(100*u) for sign(u)"
 
 
 def written_out(system: FamilySystem) -> Unsuited:
     """Why members are written out for forces that jump."""
     if system.joints is not None:
-        return Unsuited("forces that jump on chains and trees", SMOOTH)
+        return Unsuited(*ON_JOINTS)
     if system.bonds is not None:
         return Unsuited("forces that jump in systems with constraints", SMOOTH)
     return Unsuited(*JUMPS)

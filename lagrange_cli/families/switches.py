@@ -16,7 +16,8 @@ import numpy as np
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Decision, Held, Rest, held, linear_in
+from lagrange_cli.families.friction import Decision, Held, Rest, linear_in
+from lagrange_cli.families.holding import held
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.switched import Switched
 from lagrange_cli.mechanics.guards.modes import three_ways
@@ -157,7 +158,7 @@ class Switching(Switched):
             held = self.held
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
-                placed=self.placed,
+                placed=self.placed, locks=held.locks,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
@@ -184,7 +185,13 @@ class Switching(Switched):
         others = [one for one in self.merged(system.forces) if one not in rubbing]
         if any(len(linear_in(system, one.argument, self.moving)) > 1 for one in self.friction):
             return self._held_together()
-        applied, slopes = self._by_terms(system.applied), self.of(system.slopes)
+        applied = self._by_terms(system.applied)
+        if system.joints is not None:
+            from lagrange_cli.families.locked import locked
+
+            given = self.modes, self.numbers[1], self._with_modes
+            return locked(system, self.friction, others, applied, *given)
+        slopes = self.of(system.slopes)
         rest = Rest(others, applied, slopes)
         return held(system, self.friction, rest, self.modes, self.numbers[1], self._with_modes)
 

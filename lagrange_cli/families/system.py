@@ -18,7 +18,7 @@ from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.families.actions import with_actions
+from lagrange_cli.families.actions import on_joints, with_actions
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
 from lagrange_cli.families.articulation import articulation, centres
@@ -52,6 +52,10 @@ conserve is looked for in systems of up to so many (``mechanics.constrained.frob
 FEWEST_BOUND = 12
 """Constraints, or terms of sums in them, below which they are, too, where forces have few terms: rods of a
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
+FEWEST_COUPLED = 6
+"""Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
+ALONE = 300
+"""Operations of expressions that stand alone up to which they do no harm beside loops."""
 SPARED = 3
 """How many times as much there has to be to do as is written singly, for loops to pay."""
 Reason: TypeAlias = "tuple[str, ...]"
@@ -83,6 +87,8 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
         return found
     if found.bodies:
         few = found.q.count < FEWEST_TURNING
+    elif found.coupled is not None and found.coupled.count >= FEWEST_COUPLED:
+        few = False
     elif found.bonds is not None:
         few = found.bonds.terms < FEWEST_BOUND and found.terms < FEWEST
     else:
@@ -99,7 +105,7 @@ def mostly_single(system: FamilySystem) -> bool:
             nodes.setdefault(one.domain, []).append(one.node)
     sizes = {domain: sum(1 for _ in reachable(own)) for domain, own in nodes.items()}
     single = sum(size for domain, size in sizes.items() if domain.count == 1)
-    return SPARED * single > sum(domain.count * size for domain, size in sizes.items())
+    return single > ALONE and SPARED * single > sum(domain.count * size for domain, size in sizes.items())
 
 
 def any_family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
@@ -249,13 +255,18 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()
     }
     observables = dict(observed(builder, spec))
-    events = events_of(builder, spec, free="joints" not in parts and parts["bonds"] is None)
-    parts["events"] = events and with_actions(builder, events, parts["masses"], parts["forces"])
+    bound = parts["bonds"]
+    joints = parts.get("joints")
+    events = events_of(builder, spec, closed=joints is not None and joints.count > 0 and bound is not None)
+    if events is not None and joints is not None:
+        parts["events"] = on_joints(builder, events, joints, parts["kinetic"], bound=bound)
+    elif events is not None:
+        parts["events"] = with_actions(builder, events, parts["masses"], parts["forces"], bound=bound)
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 
         parts["bodies"] = bodies_of(builder)
-    if "joints" in parts or parts["vector"] is not None:
+    if joints is not None or parts["vector"] is not None:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,

@@ -73,7 +73,7 @@ def crossing_datasets(
         if members is not None:
             each = np.repeat(np.array(members, np.int64), [len(one.t) for one in gathered])
             found[f"{group.path}/{MEMBER}"] = each[own]
-        for index, place in zip(group.indices, np.unravel_index(numbers, group.shape or (1,))):
+        for index, place in zip(group.indices, group.places(numbers)):
             found[f"{group.path}/{index}"] = np.asarray(place, np.int64)
         parts = states[own].T.reshape(program.parts, program.rows, -1)
         for part, prefix in zip(parts, ("", LOW)):

@@ -128,6 +128,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if system.impacts is not None and needs is not Needs.SERIES:
         return WrittenOut(f"--method {method} where impacts reduce the speed", "use --method taylor")
     worked = system.contacts is not None or (system.bonds is not None and system.smooth is not None)
+    if "multipliers" in compilation.outputs and system.contacts is not None and system.bonds is not None:
+        return without_outputs(["multipliers"])
     if "ledger" in compilation.outputs and worked:
         return without_outputs(["ledger"])
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):

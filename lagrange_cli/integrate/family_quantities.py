@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -141,10 +141,19 @@ class Quantities:
         if system.joints is not None:
             lagrangian = system.kinetic - system.potential
             (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
-            found = total_of(rates.count, [*rates.terms, *system.applied.terms], system.slots.graph)
+            found = total_of(rates.count, [*rates.terms, *self._applied], system.slots.graph)
         if system.bonds is not None:
             found = total_of(found.count, [*found.terms, *pulls_of_bonds(system)], system.slots.graph)
         return tuple((found, k) for k in range(system.q.count))
+
+    @property
+    def _applied(self) -> Sequence[Term]:
+        """What is applied, as it is while friction holds joints."""
+        system, smooth = self.system, self.system.smooth
+        if smooth is None or smooth.modes is None or smooth.modes.locks is None:
+            return system.applied.terms
+        places = np.arange(system.q.count)
+        return [Term(system.everyone, system.slots.symbol(system.everyone, system.applied, places), places)]
 
     @property
     def momenta(self) -> tuple[Element, ...]:

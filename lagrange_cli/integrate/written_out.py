@@ -58,7 +58,7 @@ def unsuited(spec: Spec) -> WrittenOut:
             where = forces
         return WrittenOut(what, way, kinked(where))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
-        what = "events that jump, that act on chains or where constraints hold, or impacts between members"
+        what = "events that jump, that set masses, or impacts between members"
         events = [*written(spec.events)]
         acting = [one.when for one in events if one.sets] or [one.when for one in events]
         return WrittenOut(what, "let them record or stop only", kinked(acting))

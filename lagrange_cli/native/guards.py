@@ -155,6 +155,11 @@ class GuardRows:
         beside = next((j for j, one in enumerate(self.guards) if one.row != first + j), self.count)
         return beside - beside % LANES
 
+    @cached_property
+    def vectors(self) -> tuple[int, ...]:
+        """The guards of lengths of vectors."""
+        return tuple(j for j, one in enumerate(self.guards) if one.pivots)
+
     def settings(self, parts: int) -> int:
         """Doubles that parameters, modes, times of events and marks take."""
         return parts * (self.parameters + self.count) + 2 * self.events + self.count

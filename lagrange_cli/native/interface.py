@@ -189,6 +189,13 @@ class Interface:
         bounces = tuple((switches + e, rest) for e, rest in held) if self.bounces else ()
         return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected, bounces)
 
+    @cached_property
+    def places(self) -> Any:
+        """The rows and the columns of the ``pattern``."""
+        import numpy as np
+
+        return np.array(self.pattern, dtype=np.int64).reshape(-1, 2).T
+
     @property
     def rows(self) -> int:
         """Rows of the state: q, v and the integrals."""

@@ -160,6 +160,18 @@ class EventGroup:
         """The path of the group."""
         return f"events/{self.name}"
 
+    def places(self, numbers: NDArray[np.int64]) -> Sequence[NDArray[np.int64]]:
+        """The indices of the members of these numbers, index by index."""
+        import numpy as np
+
+        if not self.shape:
+            return ()
+        if len(self.members) == math.prod(self.shape):
+            return list(np.unravel_index(numbers, self.shape))
+        names = (self.members[k][len(self.name) + 1 : -1] for k in numbers.tolist())  # of name[0,1]
+        found = [tuple(map(int, one.split(","))) for one in names]
+        return list(np.array(found, dtype=np.int64).reshape(-1, len(self.shape)).T)
+
 
 @dataclass(frozen=True)
 class Recording:

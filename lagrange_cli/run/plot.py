@@ -155,7 +155,11 @@ def worded(runs: Sequence[Run], what: Sequence[str], option: str = "--what") -> 
 def at_rest(panel: Panel) -> bool:
     """Whether a phase portrait or a path is a single point, up to rounding."""
     curves = [one for one in panel.items if isinstance(one, Curve)]
-    if not curves or len(curves) < len(panel.items) or any(one.points for one in curves):
+    if not curves or len(curves) < len(panel.items):
+        return False
+    if panel.equal:
+        curves = [one for one in curves if not (one.points and len(one.x) == 1)]  # what stands
+    if any(one.points for one in curves):
         return False
     return all(
         constant(values)

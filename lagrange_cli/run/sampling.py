@@ -100,7 +100,8 @@ def within(
                 f"--{option} {t:g}: the motion of {name} goes from t = {ends[0]:g} to {ends[1]:g}"
             )
     if (end - begin) * (ends[1] - ends[0]) < 0:
-        raise UsageError(f"--from {begin:g} --to {end:g}: the motion goes the other way")
+        message = f"the motion goes from t = {ends[0]:g} to {ends[1]:g}: exchange the two times"
+        raise UsageError(f"--from {begin:g} --to {end:g}: {message}")
     return begin, end
 
 

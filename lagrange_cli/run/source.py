@@ -8,6 +8,10 @@ from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.limits import whole
 
 STANDARD_INPUT = "-"
+MOST_FILES = 1000
+"""The files of a folder that are looked through for one that was meant."""
+ALIKE = 0.8
+"""The part of its letters that a name has in common with the file that was meant."""
 
 
 def display_name(system: str) -> str:
@@ -29,13 +33,30 @@ def read_file(system: str) -> bytes:
         with open(system, "rb") as file:
             return file.read(whole("bytes") + 1)
     except FileNotFoundError as error:
-        raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
+        hint = shipped_hint(system) or neighbour_hint(system)
+        raise FileError(f"{system}: no such file{hint}") from error
     except OSError as error:
         if os.path.isdir(system):  # no permission to read it is what Windows says
             raise FileError(f"{system} is a directory, not a system file") from error
         raise FileError(f"{system} could not be read: {error.strerror or error}") from error
     except ValueError as error:  # a NUL in the name
         raise UsageError(f"{system!r} is not the name of a file: {error}") from error
+
+
+def neighbour_hint(system: str) -> str:
+    """The file of its folder that was perhaps meant, as ``a.yaml`` for ``a.yml``, or an empty text."""
+    from itertools import islice
+
+    from lagrange_cli.expression.near import near_match
+
+    folder, name = os.path.split(system)
+    try:
+        with os.scandir(folder or os.curdir) as entries:
+            files = [entry.name for entry in islice(entries, MOST_FILES) if entry.is_file()]
+    except OSError:
+        return ""
+    near = near_match(name, files, ALIKE)
+    return f"\n  did you mean {os.path.join(folder, near)}?" if near else ""
 
 
 def shipped_hint(system: str) -> str:

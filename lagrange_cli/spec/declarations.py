@@ -74,6 +74,17 @@ def _initial_of(node: Node) -> str:
 _SHORT = 30
 
 
+def _unlisted(item: nodes.Mapping) -> str:
+    """How a coordinate is written that stands in a list with its initial value."""
+    key, value = item.entries[0]
+    if isinstance(value, nodes.Mapping):
+        return f"write '{key.text}: {{initial: ...}}' without the '- ' before it"
+    if key.text == "name" and isinstance(value, Scalar):
+        return f"write '{value.text}: {{initial: ...}}' without the '- ' before it"
+    initial = _initial_of(value)
+    return f"write '{key.text}: {{initial: {initial}}}' without the '- ' before it"
+
+
 def read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Declared, ...]:
     """Coordinates: a list of names, or a mapping with the keys of ``COORDINATE`` for each name."""
     example = "write 'theta: {initial: 0.1, velocity: 0}', or a list of names"
@@ -101,9 +112,11 @@ def read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Declar
         seen: set[str] = set()
         for item in node.items:
             if not isinstance(item, Scalar):
-                problems.add(item.place, "a list of coordinates has only names", example)
-                if isinstance(item, nodes.Mapping):
+                hint = example
+                if isinstance(item, nodes.Mapping) and item.entries:
                     problems.broken |= {key.text for key, _ in item.entries}
+                    hint = _unlisted(item)
+                problems.add(item.place, "a list of coordinates has only names", hint)
                 continue
             name = read_key(item, problems, "coordinate")
             if name is None:

@@ -12,6 +12,7 @@ from lagrange_cli.expression.keys import parse_key
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import read
+from lagrange_cli.expression.scan import WORDS
 from lagrange_cli.expression.syntax import ExpressionError, Key, Number, Span, Tree, Vector, names
 from lagrange_cli.expression.vocabulary import POINT, velocity_name
 from lagrange_cli.spec import nodes
@@ -88,6 +89,10 @@ def read_list(node: Node, where: str, problems: Problems) -> Expression | tuple[
 
 def read_vector(node: Node, where: str, problems: Problems) -> Expression | None:
     """An expression, or a list of the one to three components of a vector."""
+    if isinstance(node, Scalar) and (line := _item_without_space(node)):
+        hint = f"write '- {line}', with a space after the '-' of an item; or write a sum on one line"
+        problems.add(node.place, f"{where} is no list", hint)
+        return unreadable(node.place, problems)
     if not isinstance(node, nodes.Sequence):
         return read_scalar(node, where, problems)
     if not 1 <= len(node.items) <= 3:
@@ -100,6 +105,17 @@ def read_vector(node: Node, where: str, problems: Problems) -> Expression | None
         if not isinstance(item, Scalar):
             problems.add(item.place, f"a component of {where} must be an expression", "write [x, y, z]")
     return _parsed(scalars, where, problems, vector=True) if len(scalars) == len(node.items) else None
+
+
+def _item_without_space(scalar: Scalar) -> str:
+    """The first of several lines that all begin with ``-``, as of a list without the spaces after its ``-``,
+    which YAML takes for one text; empty for any other text."""
+    start, column = scalar.passage.start
+    lines = scalar.passage.source.lines[start : scalar.passage.stop[0] + 1]
+    if not scalar.plain or lines[0][:column].strip():
+        return ""
+    items = [line.strip() for line in lines if line.strip() and line[:column].strip() == ""]
+    return items[0] if len(items) > 1 and all(item.startswith("-") for item in items) else ""
 
 
 def _parsed(
@@ -232,6 +248,8 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
             )
             return None
     hint = "a name begins with a letter and has only letters, digits and _"
+    if name in WORDS:
+        hint = f"'{name}' is a word of expressions: call it {name}_ or another name"
     forgotten = re.fullmatch(r"([^\W\d]\w*)\s*[ =]\s*([-+.\d]\S*)", key.text)
     united = re.fullmatch(r"([^\W\d]\w*)\s*\((.*)\)", key.text)
     if united and is_unit(united[2]):
@@ -245,7 +263,8 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
         hint = f"write the force on {point[1]}, which acts at its centre of mass, and 'torques: {{{of}}}'"
     if forgotten:
         problems.broken.add(forgotten[1])
-        hint = f"write {forgotten[1]}: {forgotten[2]}"
+        value = f"{{initial: {forgotten[2]}}}" if what == "coordinate" else forgotten[2]
+        hint = f"write {forgotten[1]}: {value}"
     problems.add(key.place, f"the {what} cannot be called {shown(key.text)}", hint)
     return None
 
@@ -258,8 +277,11 @@ def read_named(
     if isinstance(node, Scalar) and node.empty:
         return
     if not isinstance(node, nodes.Mapping):
+        items = node.items if isinstance(node, nodes.Sequence) else ()
+        if any(isinstance(one, nodes.Mapping) for one in items):
+            hint += ", without '- '"
         problems.add(node.place, f"{where} must be a mapping with names", hint)
-        for one in node.items if isinstance(node, nodes.Sequence) else ():
+        for one in items:
             listed = [key for key, _ in one.entries] if isinstance(one, nodes.Mapping) else [one]
             problems.broken |= {name.text for name in listed if isinstance(name, Scalar)}
         return

@@ -53,6 +53,8 @@ def _partners(
     families = groups_by_name(partners)
     for base, group in groups_by_name(entries).items():
         other = families.get(base)
+        if base in problems.broken:  # its partner may be what could not be read
+            continue
         if not isinstance(group, WrittenFamily):
             alone = [group] if base not in partners else []
         elif isinstance(other, WrittenFamily) and group.family.members == other.family.members:

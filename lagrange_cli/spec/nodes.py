@@ -98,9 +98,7 @@ def decode(data: bytes | str, filename: str) -> Source:
     except UnicodeError as error:
         if isinstance(data, bytes) and b"\0" in data and not data.startswith(_UTF_16):
             raise _unreadable(filename, _BINARY, hint) from error
-        raise _unreadable(
-            filename, "the file is not text in UTF-8", "save it in the encoding UTF-8"
-        ) from error
+        raise _not_utf8(data, filename, error) from error
     if "\0" in text:
         raise _unreadable(filename, _BINARY, hint)
     if not text.strip():
@@ -118,6 +116,18 @@ def decode(data: bytes | str, filename: str) -> Source:
 
 def _unreadable(filename: str, message: str, hint: str) -> SpecError:
     return Source(filename, "").error(WHOLE_FILE, message, hint)
+
+
+def _not_utf8(data: bytes | str, filename: str, error: UnicodeError) -> SpecError:
+    """The error of a text in another encoding, at its first character that UTF-8 has not."""
+    message, hint = "the file is not text in UTF-8", "save it in the encoding UTF-8"
+    if isinstance(data, str) or data.startswith(_UTF_16) or not isinstance(error, UnicodeDecodeError):
+        return _unreadable(filename, message, hint)
+    before = data[: error.start].decode("utf-8-sig").splitlines(keepends=True) or [""]
+    if before[-1].endswith("\n"):
+        before.append("")
+    source = Source(filename, data.decode("utf-8-sig", "replace"))
+    return source.error(Place(len(before), len(before[-1]) + 1), message, hint)
 
 
 def compose(source: Source, problems: Problems) -> Node:

@@ -5,6 +5,7 @@ The tables themselves are beside what reads them: that of the whole file in ``sp
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
 from importlib import import_module
@@ -130,10 +131,11 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
     found: dict[str, Any] = {}
     node = nodes.continued(node, table.lists)
     written = {table.key_of(key.text) for key, _ in node.entries}
+    above = ""
     for key, value in node.entries:
         name = table.key_of(key.text)
         if name not in table.by_word:
-            name = _unknown_key(key, table, where, written, problems)
+            name = _unknown_key(key, table, where, written, above, problems)
             if name in written:
                 name = ""
             if not name and isinstance(value, nodes.Mapping):  # what it declares may be used elsewhere
@@ -143,6 +145,8 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
             problems.add(key.place, message, "leave one of them out")
             found[name] += table.by_word[name].read(value, key.text, problems)
             name = ""
+        if key.text in table.by_word:
+            above = key.text if isinstance(value, Scalar) and value.empty else ""
         if name:
             label = key.text if key.text in table.by_word else name
             read = table.by_word[name].read
@@ -162,12 +166,19 @@ def read_part(
     return read_table(node, table, where, problems)
 
 
-def _unknown_key(key: Scalar, table: Table, where: str, written: Collection[str], problems: Problems) -> str:
+def _unknown_key(
+    key: Scalar, table: Table, where: str, written: Collection[str], above: str, problems: Problems
+) -> str:
     """Report an unknown key. Returns the key that was meant, or nothing. ``written`` are the keys that there
-    are."""
+    are, ``above`` is the known one before it if that has no value."""
     text = key.text
     name, equals, rest = (part.strip() for part in text.partition("="))
-    if equals and name in table.by_word:
+    begun = re.match(r"(\w+)\s*:?\s*([{[].*)", text)
+    if begun and begun[1] in table.by_word:  # masses {bob: 1}
+        problems.broken |= {*re.findall(r"[^\W\d]\w*", begun[2])}
+        rest = key.passage.source.line(key.place.line - 1).partition(begun[1])[2].lstrip(" :")
+        meant, hint = "", f"write '{begun[1]}: {rest.strip()}', with a colon and a space"
+    elif equals and name in table.by_word:
         meant, hint = "", f"write {name}: {rest}"
     elif not table.name and "lagrangian" in written and is_energy(text, table):
         problems.broken.add(text)
@@ -179,6 +190,8 @@ def _unknown_key(key: Scalar, table: Table, where: str, written: Collection[str]
     if not hint:
         meant = table.near(text)
         hint = f"did you mean '{meant}'?" if meant else known_hint(table.keys)
+        if above and not meant:
+            hint = f"indent it, if it belongs to '{above}'"
     problems.add(key.place, f"unknown key {shown(text)}{f' in {where}' if where else ''}", hint)
     return meant
 

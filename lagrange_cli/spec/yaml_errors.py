@@ -18,6 +18,8 @@ _KEY = re.compile(
     r"\s*(?P<value>[^#]*?)\s*(?:#.*)?$"
 )
 """A line with a key, or with a possible key."""
+_STRANGE_SPACE = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]")
+"""A space that YAML takes for a letter, such as one that keeps words together."""
 _LONGEST = 200
 """The number of characters of a line that are searched for it."""
 _HINTS: tuple[tuple[str, str], ...] = (
@@ -92,7 +94,20 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
     if hint == _SPACES:
         message = "a tab where YAML expects spaces"
+    elif strange := _strange_space(source, line):
+        line, column = strange
+        name = f"U+{ord(source.lines[line][column]):04X}"
+        message, hint = f"the character {name} where YAML expects a space", "replace it by a space"
     return source.error(Place(line + 1, column + 1), message, hint)
+
+
+def _strange_space(source: Source, line: int) -> tuple[int, int] | None:
+    """Where the line of a mistake, or the last one before it, has a space that is none to YAML."""
+    before = next((i for i in range(line - 1, -1, -1) if source.lines[i].strip()), line)
+    for number in (before, line):
+        if found := _STRANGE_SPACE.search(source.lines[number]):
+            return number, found.start()
+    return None
 
 
 def _line_before(source: Source, line: int) -> tuple[int, int, str, str] | None:

@@ -124,8 +124,7 @@ def balance_energy(
         if any(working):
             reasons.append(" and ".join(filter(None, working)) + " do work")
         rate = rate_of(slip + power + drawn, order)
-        jumping = lagrangian.atoms(Sign, Switch)
-        jumps = (slip == 0 and branching) or any(model.time in node.free_symbols for node in jumping)
+        jumps = (slip == 0 and branching) or jumps_at_a_time(model, lagrangian)
         jump = "; where `L` jumps at a time, `h` changes by the opposite" if jumps else ""
         changing.append(Changing("h", rate, " and ".join(reasons) + jump + identity))
     if kinetic is None or potential is None or depends_on(potential, model.v):
@@ -141,6 +140,12 @@ def balance_energy(
         conserved.append(Conserved("T + U", tidy(kinetic + potential, order), "its rate of change is zero"))
     else:
         changing.append(Changing("T + U", rate, because))
+
+
+def jumps_at_a_time(model: Model[sympy.Expr], lagrangian: sympy.Expr) -> bool:
+    """Whether t alone decides a switch: at a place, where the force would be infinite, L does not jump."""
+    decided_by = [node.args[0] for node in lagrangian.atoms(Sign, Switch)]
+    return any(depends_on(u, [model.time]) and not depends_on(u, [*model.q, *model.v]) for u in decided_by)
 
 
 def rate_of(expression: sympy.Expr, order: Order) -> sympy.Expr:

@@ -54,6 +54,7 @@ class Latex(Notation):
 
     def whole(self, text: str) -> str:
         """A whole number that is computed of indices and sizes."""
+        text = re.sub(rf"\*\*({MEMBER}|\d+|\([^()]*\))", r"^{\1}", text)
         parts = re.split(rf"({MEMBER}|//|[%*])", text)
         parts[1::2] = [WHOLE.get(one) or self.symbol(one) for one in parts[1::2]]
         return "".join(parts)

@@ -19,8 +19,8 @@ APPLY, TIMES = "<mo>&#x2061;</mo>", "<mo>&#x2062;</mo>"
 """The invisible operators between a function and its argument, and between factors."""
 NUMBER = re.compile(r"<mn>[^<]*</mn>")
 BETWEEN = re.compile(r"(<[^>]*>[^<]*</m[ion]>|<[^>]*>)|([^<\s]+)")
-WHOLE = re.compile(rf"(\d+)|({MEMBER})|(//|[-+*%(),])")
-SIGNS = {"-": "−", "*": "⋅", "%": "mod"}
+WHOLE = re.compile(rf"(\d+)|({MEMBER})|(//|\*\*|[-+*%(),])")
+SIGNS = {"-": "−", "*": "⋅", "**": "^", "%": "mod"}
 RELATIONS = {"==": "=", "!=": "≠", "<=": "≤", ">=": "≥"}
 LONGEST = 100_000
 """Characters of MathML that a page takes; further sections are left out."""

@@ -54,3 +54,23 @@ def test_expressions_stay_as_they_are():
 
 def test_the_signatures_are_those_of_the_functions():
     assert [*inspect.signature(lagrange.solve).parameters][:2] == ["system", "set"]
+
+
+RESULTS = {
+    "solve": lambda: lagrange.solve(PENDULUM, stop=1),
+    "grid": lambda: lagrange.sweep(PENDULUM, over={"l": [1, 2]}, stop=1),
+    "draws": lambda: lagrange.sweep(PENDULUM, random={"l": ("uniform", 1, 2)}, members=3, stop=1),
+    "table": lambda: lagrange.sweep(PENDULUM, table={"l": [1, 2]}, stop=1),
+    "section": lambda: lagrange.section(PENDULUM, where="theta", crossings=2),
+}
+
+
+@pytest.mark.parametrize("made", RESULTS.values(), ids=RESULTS)
+def test_a_result_is_shown_without_options(made):
+    assert "--" not in f"{made()} {made()!r}"
+
+
+@pytest.mark.parametrize("draw", [lagrange.plot, lagrange.animate], ids=["plot", "animate"])
+def test_a_system_is_no_result(draw):
+    with pytest.raises(lagrange.UsageError, match=r"is a system file, not an output: give what"):
+        draw(PENDULUM)

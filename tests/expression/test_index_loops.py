@@ -41,6 +41,7 @@ def whole(inside: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
         )
         | st.builds("{}({}, {})".format, st.sampled_from(["min", "max"]), inside, inside)
         | st.builds("abs({})".format, inside)
+        | st.builds("({}**{})".format, inside, st.sampled_from("012"))
     )
 
 

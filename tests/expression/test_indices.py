@@ -45,6 +45,20 @@ def test_index_arithmetic_is_that_of_python(text: str, indices: dict[str, int]) 
         assert integer(parse(text), indices) == expected
 
 
+@pytest.mark.parametrize("base", ["0", "1", "(-1)", "i", "(i - 5)", "(N*M)"])
+@pytest.mark.parametrize("exponent", ["0", "1", "M", "j", "2*j + 1", "10**6 + j"])
+def test_powers_are_those_of_python(base: str, exponent: str) -> None:
+    tree = parse(f"{base}**({exponent})")
+    for i in range(10):
+        indices = {**SIZES, "i": i, "j": i % 4}
+        power = eval(f"{base}**min({exponent}, 99)", PYTHON, indices)
+        if abs(power) > LARGEST:
+            with pytest.raises(ExpressionError, match="too large"):
+                integer(tree, indices)
+        else:
+            assert integer(tree, indices) == eval(f"{base}**({exponent})", PYTHON, indices)
+
+
 CONDITIONS = st.recursive(
     st.builds("{} {} {}".format, WHOLE, st.sampled_from(["==", "!=", "<", "<=", ">", ">="]), WHOLE)
     | st.builds("{} < {} <= {}".format, WHOLE, WHOLE, WHOLE),
@@ -81,7 +95,9 @@ REFUSED = [
     ("0.5", "0.5 is not a whole number", "use whole numbers"),
     ("1e3", "1e3 is not a whole number", "write 1000"),
     ("i/2", "'/' is not allowed between whole numbers", "write //"),
-    ("2**i", "'**' is not allowed between whole numbers", ""),
+    ("2**(i - 3)", "negative exponent, for i = 2", "no whole number"),
+    ("9**(9**9)**i", "too large", ""),
+    ("(-3)**(i*50 - 1)", "too large", ""),
     ("x", "'x' is neither an index nor a size here", "known: M, N, i"),
     ("n", "'n' is neither", "did you mean 'N'?"),
     ("u[0]", "'u' is neither", ""),

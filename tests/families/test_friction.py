@@ -46,6 +46,12 @@ CASES = {
     "that grows at a time": "-where(t < 1.1, F, 2*F)*sign(x_dot[i])",
     "beside a push that begins at a time": "-F*sign(x_dot[i]) + where(t < 2.1, 0, 1)",
     "beside stops": "-F*sign(x_dot[i]) - 9*max(0, x[i] - 1)",
+    "beside walls that push": "-F*sign(x_dot[i]) - where(x[i] > 0.3, 5, 0)",
+    "beside walls that pull": "-F*sign(x_dot[i]) + where(0.3 - x[i] > 0, 0, 1)",
+    "that is larger beyond a place": "-F*where(x[i] < 0.3, 1, 2)*sign(x_dot[i])",
+    "that is less where it is fast": "-F*where(abs(x_dot[i]) > 0.4, 1, 2)*sign(x_dot[i])",
+    "with a brake": "-F*sign(x_dot[i]) - where(x_dot[i] > 0.4, 3*x_dot[i], 0)",
+    "beside places that attract": "-F*sign(x_dot[i])/9 - where(x_dot[i] > 0.4, 1, 0) - sign(x[i] - 0.2)/3",
 }
 
 
@@ -149,6 +155,40 @@ def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> No
             x, side = x - 0.6, -side
         assert motion["q/x"][-1, i] == pytest.approx(side * x, abs=1e-13)
         assert abs(motion["v/x"][-1, i]) <= 1e-14
+
+
+def test_swings_about_a_place_with_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x'' = -K sign(x) - F sign(x') with K > F: each half of a swing is (K - F)/(K + F) as far as the last
+    one."""
+    keep_families(monkeypatch, whole=True)
+    text = blocks(5, "-F*sign(x_dot[i]) - 1.4*sign(x[i])", "0.5 + 0.1*i", "0").replace("1 + i/7", "1")
+    text = text.replace("k: 2, V: 0.7", "k: 0, V: 0").replace("(x[i] - V*t)**2/2", "0*x[i]")
+    motion = followed(ready(text), text, 3.6)
+    back, on, times = 1.4 - 0.6, 1.4 + 0.6, np.linspace(0.0, 3.6, 7)
+    for i in range(5):
+        x, side, t, expected = 0.5 + 0.1 * i, 1.0, 0.0, np.zeros(7)
+        while t <= times[-1]:
+            fall, rise = np.sqrt(2.0 * x / back), np.sqrt(2.0 * x * back) / on
+            falling = (t <= times) & (times < t + fall)
+            expected[falling] = side * (x - back * (times[falling] - t) ** 2 / 2.0)
+            t, x, side = t + fall, x * back / on, -side
+            rising = (t <= times) & (times < t + rise)
+            expected[rising] = side * (x - on * (t + rise - times[rising]) ** 2 / 2.0)
+            t += rise
+        assert np.allclose(motion["q/x"][:, i], expected, rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("push", [-1.3, -0.7, 0.7, 1.3, 4.7, 5.3])
+def test_what_a_wall_and_friction_hold_together(push: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wall that pushes by 4 beyond x = 1 holds a block there up to 4 + F in one direction, and F in the
+    other, as friction does."""
+    keep_families(monkeypatch, whole=True)
+    force = f"-sign(x_dot[i]) - where(x[i] > 1, 4, 0) + {push}"
+    text = blocks(9, force, "1", "0").replace("k: 2, V: 0.7", "k: 0, V: 0").replace("1 + i/7", "1")
+    text = text.replace("(x[i] - V*t)**2/2", "0*x[i]")
+    found = followed(ready(text), text, 0.5)["q/x"][-1]
+    moves = push + 1.0 if push < -1.0 else max(0.0, push - 5.0)
+    assert np.allclose(found, 1.0 + moves * 0.5**2 / 2.0, rtol=0.0, atol=1e-15)
 
 
 def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -469,7 +469,7 @@ def test_switches_that_are_passed_over_together_are_not_due(
         "sum(max(0, sqrt(0.1 + abs(x[i])**3) - 0.4)**2 for i in range(N))",
         "sum(k*min(max(x[i], -c), c) for i in range(N))",
         "sum(abs(x[i] - 0.3) + max(0, x[i] - 0.1 - 0.2) for i in range(N))",
-        "sum(abs(x[i]) for i in range(N))\ndissipation: sum(abs(x_dot[i]) for i in range(N))",
+        '0\ngeneralized_forces: {{"x[i in range(N)]": "-sign(x_dot[i]) - where(x_dot[i] > c, 1, 0)"}}',
         "sum((atan2(x[i], x[0] - 3) - 1)**2 for i in range(N))",
         "sum(max(0, atan2(x[i], x[0] - 3))**2 for i in range(N))",
         '0\ndissipation: "sum(atan2(x_dot[i], x[0] - 3)**2 for i in range(N))"',

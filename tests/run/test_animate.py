@@ -144,7 +144,7 @@ def test_a_part_of_a_motion_at_another_speed(folder):
         ("sweep.h5", {}, "contains the motions of a sweep"),
         ("section.h5", {}, "contains a section"),
         ("run.h5", {"begin": 2.0}, "--from 2: the motion of run.h5 goes from t = 0 to 1.5"),
-        ("run.h5", {"begin": 1.0, "end": 0.5}, "goes the other way"),
+        ("run.h5", {"begin": 1.0, "end": 0.5}, "exchange the two times"),
         ("run.h5", {"panels": ("fase",)}, "--panels fase: there is no such panel"),
         ("run.h5", {"panels": ("reactions",)}, "solve again with --outputs reactions"),
         ("run.h5", {"speed": 1e-6}, "pictures are too many"),

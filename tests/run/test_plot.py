@@ -263,3 +263,35 @@ def test_a_long_output_is_not_kept_while_it_is_read(folder, monkeypatch):
         reading.over_time(result, known["t"], [known["theta"]])
         reading.extremes(result, known["theta"])
         assert len(seen) > 20 and most <= 4
+
+
+WIRE = """
+coordinates: {{s: {{initial: 0.5}}}}
+masses: {{bead: 1, nail: 2}}
+embedding: {{bead: [{}], nail: [{}]}}
+potential: s**2
+"""
+
+
+@pytest.mark.parametrize(
+    ("bead", "nail", "axes"),
+    [
+        ("sin(s), cos(s), 2", "1, 1, 2", "xy"),
+        ("sin(s), 2, cos(s)", "1, 2, 1", "xz"),
+        ("-1, sin(s), cos(s)", "-1, 1, 1", "yz"),
+        ("sin(s), cos(s), 2", "1, 1, 0", "xyz"),  # in two planes
+        ("sin(s), cos(s), s", "1, 1, 0", "xyz"),
+        ("sin(s), cos(s)", "1, 1", "xy"),
+    ],
+)
+def test_a_path_is_drawn_in_its_plane_and_what_stands_as_a_point(tmp_path, bead, nail, axes):
+    (tmp_path / "wire.yaml").write_text(WIRE.format(bead, nail))
+    lagrange("solve", "wire.yaml", "--stop", "1", "--outputs", "q,positions", cwd=tmp_path)
+    (path,) = panels(tmp_path, "wire.h5", "path")
+    assert [path.x, path.y, *filter(None, [path.z])] == [f"${axis}$" for axis in axes]
+    moving, standing = path.items
+    with h5py.File(tmp_path / "wire.h5") as file:
+        r = file["positions/bead"][:]
+    shown = [moving.x, moving.y, *([] if moving.z is None else [moving.z])]
+    np.testing.assert_array_equal(shown, r[:, ["xyz".index(axis) for axis in axes]].T)
+    assert not moving.points and standing.points and len(standing.x) == 1

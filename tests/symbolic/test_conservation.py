@@ -150,3 +150,20 @@ def test_what_formulas_of_parameters_conserve_is_printed():
     assert sympy.expand(written + 2 * m * known) == 0
     without = derive(spec_of(text.replace("3*m", "3"))).equations.conserved
     assert [one.quantity for one in without] == ["h"]
+
+
+@pytest.mark.parametrize(
+    ("potential", "jumps"),
+    [
+        ("where(t < 1, 1, 2)*x**2", True),
+        ("sign(t - k)*x**2", True),
+        ("k*max(0, x - 1 - sin(t)/5)**2", False),  # a moving wall
+        ("where(x > t, k*(x - t)**2, 0)", False),
+        ("abs(x)*cos(t)", False),
+    ],
+)
+def test_an_energy_jumps_at_a_time_only(potential, jumps):
+    """Where it would jump at a place, the force would be infinite, which is refused."""
+    text = "parameters: {k: 2}\ncoordinates: [x]\nmasses: {p: 1}\npositions: {p: x}\npotential: "
+    (energy,) = (one for one in derived(f"{text}{potential}").changing if one.quantity == "h")
+    assert ("jumps at a time" in energy.because) == jumps

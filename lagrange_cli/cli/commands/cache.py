@@ -8,6 +8,7 @@ import click
 
 from lagrange_cli.cli.console import count_of, emit, emit_json
 from lagrange_cli.errors import FileError
+from lagrange_cli.expression.near import suggest
 from lagrange_cli.native.compilation.cache import LARGEST, SWITCH, Cache, cache_folder, switched_off
 
 MEBIBYTE = 2**20
@@ -17,7 +18,19 @@ as_json_option = click.option(
 )
 
 
-@click.group("cache")
+class Actions(click.Group):
+    """A group that names its commands where there is no such command."""
+
+    def resolve_command(
+        self, context: click.Context, arguments: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name = arguments[0]
+        if name not in self.commands and not name.startswith("-"):
+            raise click.UsageError(f"there is no command {name!r}; {suggest(name, self.commands)}", context)
+        return super().resolve_command(context, arguments)
+
+
+@click.group("cache", cls=Actions)
 def cache() -> None:
     """Show or clear the cache of compiled programs.
 

@@ -18,7 +18,7 @@ class Drag(Onset):
 
     def dragged(self) -> list[int]:
         """The guards of lengths of vectors that nothing holds."""
-        return [j for j, guard in enumerate(self._rows.guards) if guard.parts and not guard.multiplier]
+        return [j for j in self._rows.vectors if not self._rows.guards[j].multiplier]
 
     def turns(self) -> bool:
         """Leave drag out along a vector that is about to be 0, or has just been; whether there is one."""

@@ -139,7 +139,7 @@ class Happenings:
         if not np.any(crossed):
             return None
         self._resting.released.difference_update(events[crossed].tolist())
-        return self._crossed(records[crossed], events[crossed], np.array(rates)[:, crossed])
+        return self._crossed(records, np.flatnonzero(crossed), events[crossed], np.array(rates)[:, crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Handle the guard that has changed its sign, before the sample of that number."""
@@ -177,7 +177,7 @@ class Happenings:
         sides, role = self._sides, self._guards[event + self._sides.first].role
         again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
         rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
-        ended = self._crossed(sides.memory[None, :], np.array([event]), rates[:, None])
+        ended = self._crossed(sides.memory[None, :], np.array([0]), np.array([event]), rates[:, None])
         self._resting.released.discard(event)
         if ended is not None or role is Role.RECORD:
             sides.flip(event)
@@ -197,14 +197,17 @@ class Happenings:
         rate = sides.act_on(sides.state(sides.memory))[1][event, 1]
         return bool(sides.coefficients(event)[1] * sides.side(event) < -ROUNDING * rate)
 
-    def _crossed(self, memories: Array, events: NDArray[np.int64], rates: Array) -> Finished | None:
-        """Hand over that events happened, with the state's memory then. The first coefficients of their
-        arguments' series were 0 and ``rates`` (3, k)."""
+    def _crossed(
+        self, memories: Array, which: NDArray[np.intp], events: NDArray[np.int64], rates: Array
+    ) -> Finished | None:
+        """Hand over that events happened, with the state's memory then: ``which`` of some. The first
+        coefficients of their arguments' series were 0 and ``rates`` (3, k)."""
         layout, program, sides = self._layout, self._program, self._sides
-        t, low = (memories[:, layout.at(part)].copy() for part in (Clock.TIME, Clock.TIME_LOW))
+        t, low, lengths = (
+            memories[which, layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW, Clock.LENGTH)
+        )
         starts = range(0, program.parts * layout.width, layout.width)
-        states = memories[:, np.concatenate([start + sides.outer for start in starts])]
-        lengths = memories[:, layout.at(Clock.LENGTH)]
+        states = memories[np.ix_(which, np.concatenate([start + sides.outer for start in starts]))]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             beyond = rates[0] ** 2 / (4.0 * np.abs(rates[1]))
             along = np.abs(rates) * lengths ** np.array([[1.0], [2.0], [3.0]])  # what cancels along the step
@@ -244,14 +247,19 @@ class Happenings:
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
         after, noise = sides.all_coefficients(), self._resting.noise(sizes)
-        chosen = (after[:, 0] != rows[:, 0]) | (sides.modes == 0.0)
+        least_rate = sides.least_rate()
+        # constraints move all arguments by rounding errors
+        moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
+        chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
         chosen[event] = True
         resting = [e for e in np.flatnonzero(sides.modes == 0.0).tolist() if e in self._resting.guards]
         chosen[resting] = False
         self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
             near = 2.0 * abs(rows[e, 0]) if e == event else 0.0
-            sides.choose_side(e, after[e], near, sizes[e, 1])
+            if e == event and self._program.constraints:  # which have moved it by rounding errors
+                near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
+            sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))
         if self._standstill.possible:
             self._standstill.hold()
         ended = self._recurs(event, now)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.arrays import at_one_state
+from lagrange_cli.integrate.methods.sparse_impulses import ENOUGH
 from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
@@ -26,6 +27,11 @@ MOST = 60
 """The largest number of steps of Newton's method that move a state to the constraints."""
 NEAR = 2.0**-40
 """Deviations up to this fraction of the state are left to ``@project``."""
+FEW = 64
+"""Constraints up to which the matrix is a dense one."""
+PATIENCE, LAST = 4, 2.0**-52
+"""Where the state is not found to the last digit after so many steps, rounding may change it for ever, by
+this part of it."""
 SLIGHTLY = 1e-6
 """Coordinates that were set are moved by this fraction of the state at most, as initial values are."""
 
@@ -40,7 +46,7 @@ class Impulses:
     def close(self, state: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
         """Go on from a ``state`` at ``rows`` of the memory whose rows ``changed`` are to stay as they are;
         whether that leads to the constraints."""
-        if self._settling.machine.project is None:
+        if self._settling.machine.project is None or self._untouched(changed):
             return True
         degrees = self._program.degrees
         high = state[: self._program.rows].copy()
@@ -55,6 +61,14 @@ class Impulses:
                 if high[row] != state[row]:
                     self._put(int(rows[row]), float(high[row]))
         return self._polished() and self._stay(state[:degrees], rows, changed)
+
+    def _untouched(self, changed: Collection[int]) -> bool:
+        """Whether the rows ``changed`` are velocities that none of many constraints contains."""
+        n = self._program.degrees
+        if self._program.constraints <= FEW or not all(n <= row < 2 * n for row in changed):
+            return False
+        rows, columns = self._program.places
+        return not np.isin([row - n for row in changed], columns[rows >= n]).any()
 
     def _stay(self, coordinates: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
         """Whether the ``coordinates`` that were set are still where the action has put them."""
@@ -73,8 +87,14 @@ class Impulses:
         count, degrees = program.constraints, program.degrees
         found = self._evaluated(high)
         off = found[part * count : (part + 1) * count]
+        if count > FEW:
+            from lagrange_cli.integrate.methods.sparse_impulses import sparse_step
+
+            change = sparse_step(program, found[2 * count :], off, (free, range(degrees)))
+            if change is not None:
+                return change
         matrix = np.zeros((degrees + count,) * 2)
-        matrix[tuple(np.array(program.pattern).reshape(-1, 2).T)] = found[2 * count :]
+        matrix[tuple(program.places)] = found[2 * count :]
         right = np.concatenate([np.zeros(degrees), off])
         for some in (free, range(degrees)):
             kept = [*some, *range(degrees, degrees + count)]
@@ -82,7 +102,7 @@ class Impulses:
             moved = np.zeros(degrees)
             moved[[*some]] = solution[: len(some)]
             left = off - matrix[degrees:, :degrees] @ moved
-            if not np.max(np.abs(left), initial=0.0) > 1e-6 * np.max(np.abs(off), initial=0.0):
+            if not np.max(np.abs(left), initial=0.0) > ENOUGH * np.max(np.abs(off), initial=0.0):
                 break
         return moved
 
@@ -98,14 +118,20 @@ class Impulses:
         return found[: count // program.parts]
 
     def _polished(self) -> bool:
-        """Newton's method to the last digit; whether it ends."""
+        """Newton's method to the last digit; whether it ends, but for rounding."""
         memory, place = self._memory, self._layout.at(Clock.PROJECTIONS)
         project, count = self._settling.machine.project, float(memory[place])
         assert project is not None
-        for _ in range(MOST):
-            before = float(memory[place])
+        n = self._program.degrees
+        parts = slice(0, n), slice(n, 2 * n)
+        for k in range(MOST):
+            before, state = float(memory[place]), memory[: 2 * n].copy()
             project(self._settling.constants.ctypes.data, memory.ctypes.data)
-            if memory[place] == before:
+            changes = ((np.abs(memory[one] - state[one]), np.abs(state[one])) for one in parts)
+            noise = k >= PATIENCE and all(
+                np.max(change, initial=0.0) <= LAST * np.max(size, initial=0.0) for change, size in changes
+            )
+            if memory[place] == before or noise:
                 memory[place] = count
                 return True
         return False

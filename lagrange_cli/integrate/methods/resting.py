@@ -78,6 +78,7 @@ class Resting:
         """Up to which rates events' arguments are at rest, the terms of which have these ``sizes``."""
         sides, n = self._sides, self._sides.program.degrees
         rates, state = (sides.sizes() if sizes is None else sizes)[:, 1], sides.state(sides.memory)
+        rates = np.fmax(rates, sides.least_rate())
         time = sides.now - self._start
         state[n : 2 * n] = sides.settling.accelerations() * time
         gained = sides.act_on(state)[1][:, 1]
@@ -95,8 +96,12 @@ class Resting:
 
     def near(self, event: int) -> float:
         """How far from 0 an argument is by rounding, at most: besides what its own terms tell."""
+        return float(self.nears()[event])
+
+    def nears(self) -> Array:
+        """The same of all events."""
         self.noise()
-        return float(self._touching.near[event])
+        return self._touching.near
 
     def fastest(self, event: int) -> int:
         """Of impacts that happen now, the one that comes first."""

@@ -15,6 +15,9 @@ from lagrange_cli.native.state import Clock
 
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+COUPLED = 1.0
+"""Impulses of constraints leave this part of the rounding errors of the largest velocity in all others: they
+add up along chains."""
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -115,6 +118,13 @@ class Sides:
     def sizes(self) -> Array:
         """The sizes of arguments now (events, 2)."""
         return self.act_on(self.state(self.memory))[1]
+
+    def least_rate(self) -> float:
+        """The size of rates whose rounding errors all events may have: where impulses of constraints couple
+        velocities, those of the largest."""
+        if not self.program.constraints:
+            return 0.0
+        return COUPLED * float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v]), initial=0.0))
 
     def _masses(self) -> Array:
         """The present values of the masses that actions change."""

@@ -38,7 +38,7 @@ class Sliding(Drag):
 
     def vectors(self) -> list[int]:
         """The guards of lengths of vectors that friction may hold."""
-        return [j for j, guard in enumerate(self._rows.guards) if guard.parts and guard.multiplier]
+        return [j for j in self._rows.vectors if self._rows.guards[j].multiplier]
 
     def stops(self) -> bool:
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""

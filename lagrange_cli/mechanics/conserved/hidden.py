@@ -223,7 +223,7 @@ def described(
             (first, factor), *_ = moving.items()
             sign = pairs[first] * (-1.0 if text_of(factor).startswith("-") else 1.0)
             because = "the equations of motion separate in parabolic coordinates"
-            name = f"A_{axis}"
+            name = f"A_{axis}" if still else ""  # without forces it is a product of others
             parts = coefficients(model.potential)
             if sum(not one.body for one in model.particles) > 1:  # uniform fields do not act between them
                 parts = [part for part in parts if not is_affine(model, part[0])]

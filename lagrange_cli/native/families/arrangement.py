@@ -9,15 +9,19 @@ from types import MappingProxyType
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
+from lagrange_cli.families.bonds import Bonds
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
+from lagrange_cli.native.families.contact_restraint import ContactRestraint
 from lagrange_cli.native.families.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.matrix_of_constraints import MatrixOfConstraints
 from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle_tables import SaddleTables
@@ -102,12 +106,18 @@ class Arrangement:
         self.layout = StateLayout(self.degrees, len(self.integrals))
         self.sample_rows = StateLayout(self.degrees, len(self.integrals) - self.silent).rows
         """Rows of a sample, without integrals whose values nobody needs."""
-        self.closure = self.balance = self.motion = self.sticking = None
+        self.motion: AlongMotion | None = None
+        self.closure = self.balance = self.sticking = None
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)
             self.balance = self.closure.balance
         elif system.joints is not None:
+            if self.modes is not None and self.modes.locks is not None:
+                self.lasting.changed[self.modes.locks.left] = self.modes.locks.left
             self.balance = Balance(system, self.lasting.arranged)
+        elif isinstance(self.contact, Coupled):
+            self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
+            self.motion = ContactRestraint(system, self.lasting)
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
         elif self.modes is not None and self.modes.sticking is not None:
@@ -117,7 +127,8 @@ class Arrangement:
         self.residuals = None
         if self.closure is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
-        self.moves = Moves(system, self.lasting) if self.motion is not None and stepping else None
+        bound = self.motion is not None and system.bonds is not None
+        self.moves = Moves(system, self.lasting) if bound and stepping else None
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
         if self.balance is not None:
@@ -134,12 +145,21 @@ class Arrangement:
                 acts.append(impacts.speeds)
             acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
+        self.pattern: tuple[tuple[int, int], ...] = ()
+        self.closing: list[Element] = []
+        """What ``@constrain`` computes, and the places in the equations' matrix of all but the first numbers
+        (see ``Interface``)."""
+        if system.bonds is not None and self.events is not None and self.events.changed.size:
+            matrix = MatrixOfConstraints(system)
+            self.pattern = matrix.pattern
+            arranged = map(self.lasting.arranged, (matrix.values, matrix.speeds, matrix.entries))
+            self.closing = [(one, i) for one in arranged for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         self.pulled, self.resting = None, self.closure or self.balance
         """How multipliers, and on chains and trees accelerations, are found at a sample."""
         solved = {system.accelerations, system.bonds.multipliers if system.bonds else None}
         if not solved.isdisjoint(needed(self.roots, self.slots)):
-            if self.motion is not None:
+            if self.motion is not None and system.bonds is not None:
                 self.pulled = AtAState(sampled, self.lasting)
             elif self.closure is not None and sampled is not system:
                 self.resting = Closure(sampled, self.lasting)
@@ -200,7 +220,7 @@ class Arrangement:
     @property
     def multipliers_beside(self) -> Total | None:
         """The multipliers, if what is followed beside the motion contains them."""
-        bonds = self.system.bonds
+        bonds = self.contact.bonds if isinstance(self.contact, Coupled) else self.system.bonds
         if bonds is None or self.integrands is None:
             return None
         return bonds.multipliers if bonds.multipliers in needed([self.integrands], self.slots) else None
@@ -210,6 +230,14 @@ class Arrangement:
         """How multipliers are found."""
         bonds = self.system.bonds if self.sticking is None else self.sticking.bonds
         assert bonds is not None
+        return self._tables_of(bonds)
+
+    @cached_property
+    def tabled_in_motion(self) -> SolvingTables:
+        """The same along a motion, with the forces of contacts."""
+        return self._tables_of(self.contact.bonds) if isinstance(self.contact, Coupled) else self.tabled
+
+    def _tables_of(self, bonds: Bonds) -> SolvingTables:
         if bonds.elimination is None:
             return DenseTables(bonds.count, self.tables)
         return SaddleTables(bonds.elimination, self.tables)

@@ -33,7 +33,8 @@ class ArticulatedJet(CorrectedJet):
     def of_joints(self) -> tuple[Sequence[Total], Sequence[Array], Sequence[Local]]:
         """The forces, further arrays, and what is computed by series."""
         balance = self.balance
-        return (balance.forces, *balance.loads), balance.arrays, balance.series
+        other = [] if balance.other is None else [balance.other]
+        return (balance.forces, *balance.loads, *other), balance.arrays, balance.series
 
     def prepared(self) -> Sequence[Total]:
         balance, fixed, arranged = self.balance, self.lasting.fixed, self.lasting.changed
@@ -63,10 +64,18 @@ class ArticulatedJet(CorrectedJet):
         for array in arrays:
             if array not in fixed and array not in self.planes:
                 self.planes[array] = self.take(room(array.count)), 0
+        if balance.left is not None:
+            step = room(balance.left.count)
+            self.planes[self.carried[-1]] = self.take((self.order + 1) * step), step
         self.arrange_members(series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.vectors, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
         return totals
+
+    @property
+    def carried(self) -> Sequence[Array]:
+        locks = self.system.modes and self.system.modes.locks
+        return [*super().carried, *([locks.left] if locks else [])]
 
     @property
     def ahead(self) -> Collection[Array]:
@@ -98,6 +107,8 @@ class ArticulatedJet(CorrectedJet):
                 self.good.append(self.sweeps.eliminate(balance))
         self.follow_forces(evaluation, first=first)
         evaluation.write(self.moving(balance.after))
+        if balance.left is not None:
+            self.copy(evaluation.where(balance.left), self.at(self.carried[-1], k), balance.left.count)
         self.evaluate(k, correcting=True)
         self.advance(evaluation, k, balance.rates)
 

@@ -48,6 +48,8 @@ class Balance(NodeArrays):
         self.corners = {
             one: self.total(many, [t for k in self.kinds for t in k.corner(*one)]) for one in self.pivots
         }
+        self.node_gates = self._gates_of_nodes()
+        """``gates`` at nodes, of each coordinate of their joints."""
         self.weights = [self.total(many, [t for k in self.kinds for t in k.weighed(c)]) for c in self.axes]
         self._respond()
         self.series = [local_of(one) for one in self.kinds]
@@ -83,6 +85,21 @@ class Balance(NodeArrays):
             one.strained()
         rates = [term for one in self.kinds for term in one.accelerated()]
         self.rates = self.total(self.system.q.count, rates, kept=False)
+        locks = self.system.modes and self.system.modes.locks
+        self.other = self.arrange(locks.other, kept=False) if locks else None
+        self.left = None if self.other is None else self._left(self.other)
+        """What would move coordinates that are held, and the forces on these without what holds them."""
+
+    def _gates_of_nodes(self) -> Sequence[Total]:
+        if self.gates is None:
+            return ()
+        every = [(b, k) for b in range(self.size) for k in self.kinds if k.is_node]
+        terms = [(b, Term(k.domain, k.gate(b) if b in k.bends else k.graph.one, k.at)) for b, k in every]
+        return [self.total(self.count, [one for d, one in terms if d == b]) for b in range(self.size)]
+
+    def _left(self, other: Total) -> Total:
+        terms = [term for one in self.kinds for b in one.bends for term in one.left(b, other)]
+        return self.total(self.system.q.count, terms, kept=False)
 
     # in which order they are computed
 
@@ -100,7 +117,8 @@ class Balance(NodeArrays):
     def first(self) -> Sequence[Total]:
         """Before the masses are eliminated."""
         mine = [total for kind in self.kinds for total in kind.first]
-        return [*mine, *self.own.values(), *self.corners.values(), *self.weights, *self.masses.values()]
+        own = *self.own.values(), *self.corners.values(), *self.node_gates
+        return [*mine, *own, *self.weights, *self.masses.values()]
 
     @cached_property
     def before(self) -> Sequence[Total]:
@@ -121,7 +139,7 @@ class Balance(NodeArrays):
     def after(self) -> Sequence[Total]:
         """Afterwards."""
         mine = [total for kind in self.kinds for total in (*kind.change, *kind.strain)]
-        return [*mine, *self.strain, self.rates]
+        return [*mine, *self.strain, self.rates, *([] if self.left is None else [self.left])]
 
     @property
     def arrays(self) -> Sequence[Array]:

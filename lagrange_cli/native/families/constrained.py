@@ -65,11 +65,14 @@ class ConstrainedJet(CorrectedJet):
             self.saddle.factor(self.at(motion.square, 0), motion.placed(self.tabled), regular)
             self.sound = regular.get()
         evaluation.write([motion.free])
-        evaluation.write([motion.right])
-        solve(self.saddle, self.at(motion.right, 0), self.at(motion.multipliers, 0), zeroed=True)
+        for one in motion.sides:
+            evaluation.write([one])
+        solve(self.saddle, self.at(motion.sides[-1], 0), self.at(motion.multipliers, 0), zeroed=True)
         evaluation.add([motion.rates])
+        if motion.final is not motion.rates:
+            evaluation.write([motion.final])
         self.evaluate(k, correcting=True)
-        self.advance(evaluation, k, motion.rates)
+        self.advance(evaluation, k, motion.final)
         self.keep(motion.multipliers, k)
 
     def regular(self) -> Bit:

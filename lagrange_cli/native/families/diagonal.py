@@ -24,6 +24,11 @@ class DiagonalJet(SeriesJet):
         """Those whose series are found."""
         return self.lasting.arranged(self.system.forces, kept=False)
 
+    @property
+    def masses(self) -> Sequence[Array]:
+        """What accelerations follow from by these: M and 1/M."""
+        return self.lasting.masses, self.lasting.inverses
+
     def prepared(self) -> Sequence[Total]:
         self.whole = self.forces
         totals = needed([self.forces], self.slots, self.lasting.fixed)
@@ -35,7 +40,7 @@ class DiagonalJet(SeriesJet):
     ) -> None:
         f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
-        given = [evaluation.where(one) for one in (self.whole, self.lasting.masses, self.lasting.inverses)]
+        given = [evaluation.where(one) for one in (self.whole, *self.masses)]
         velocities = self.at(self.system.v, k + 1)
 
         def write(i: Integer, lanes: int) -> None:
@@ -43,9 +48,13 @@ class DiagonalJet(SeriesJet):
             vectors.store_row(vectors.divided(rate, divisor), velocities, i)
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
+        self.bind(velocities)
         if not self.local:
             rates = self.at(self.system.v, k + 1)
             self.follow(k + 1, rates, self.at(self.system.q, k + 2), self.degrees)
+
+    def bind(self, velocities: Pointer) -> None:
+        """Change velocities that follow from others."""
 
     def regular(self) -> Bit:
         return regular_masses(self)

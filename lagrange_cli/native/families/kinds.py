@@ -88,12 +88,29 @@ class JointKind:
         accelerations = self.balance.accelerations[c]
         return self.balance.slots.symbol(self.domain, accelerations, self.at + 1)
 
+    def gate(self, b: int) -> Node:
+        """1, or 0 where friction holds a coordinate."""
+        gates = self.balance.gates
+        return self.graph.one if gates is None else self._at_rows(gates, b)
+
+    def _at_rows(self, array: Array, b: int) -> Node:
+        """An array of coordinates."""
+        return self.balance.slots.symbol(self.domain, array, self.joints.rows[b])
+
     def slope(self, c: int, b: int) -> Node:
-        """J of a node; 0 where it is."""
+        """J of a node, without what is held; 0 where it is."""
+        return self.gate(b) * self.whole_slope(c, b)
+
+    def whole_slope(self, c: int, b: int) -> Node:
+        """J of a node."""
         slope = self.graph.diff(self.joints.moves[c], self.joints.coordinates[b])
         return self.graph.zero if slope.is_zero else self.node(self.balance.node_slopes[c, b])
 
     def swing(self, s: int, b: int) -> Node:
+        """J of a weight, without what is held."""
+        return self.gate(b) * self.whole_swing(s, b)
+
+    def whole_swing(self, s: int, b: int) -> Node:
         """J of a weight."""
         slope = self.graph.diff(self.joints.weights[s].move, self.joints.coordinates[b])
         return self.graph.zero if slope.is_zero else self.own(self.slopes[s, b])
@@ -125,6 +142,10 @@ class JointKind:
         every = range(len(self.joints.weights))
         return self.summed([self.weight(s) * self.swing(s, b) * self.swing(s, d) for s in every])
 
+    def locked(self, b: int, d: int) -> Node:
+        """1 on the diagonal where a coordinate is held."""
+        return 1.0 - self.gate(b) if b == d else self.graph.zero
+
     def meeting(self, c: int, b: int) -> Node:
         """An entry of m J of the weights behind a component."""
         return self.summed([self.weight(s) * self.swing(s, b) for s in self.on(c)])
@@ -143,7 +164,7 @@ class JointKind:
         if not self.is_node:
             return []
         if d in self.bends:
-            return [Term(self.domain, self.bent(b, d), self.at)]
+            return [Term(self.domain, self.bent(b, d) + self.locked(b, d), self.at)]
         return [Term(self.domain, self.graph.one, self.at)] if b == d else []
 
     @property
@@ -156,7 +177,7 @@ class JointKind:
         size, entries = len(self.bends), dict[tuple[int, int], Node]()
         for b in self.bends:
             for d in self.bends[b:]:
-                entries[b, d] = entries[d, b] = self._kept(self.bent(b, d))
+                entries[b, d] = entries[d, b] = self._kept(self.bent(b, d) + self.locked(b, d))
         matrix = [[entries[b, d] for b in self.bends] for d in self.bends]
         self.determinant = self.total(determinant(self.graph, matrix))
         self.first.append(self.determinant)
@@ -199,12 +220,12 @@ class JointKind:
         balance, joints = self.balance, self.joints
         terms = []
         if balance.forces.terms:
-            terms.append(balance.slots.symbol(self.domain, balance.forces, joints.rows[b]))
+            terms.append(self.gate(b) * self._at_rows(balance.forces, b))
         if self.is_node:
             terms += [-(self.slope(c, b) * self.known(c)) for c in balance.axes]
         if self.resting:
             return self.summed(terms)
-        terms.append(-self.own(self.missing[b]))
+        terms.append(-(self.gate(b) * self.own(self.missing[b])))
         terms += [
             -(self.swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in range(len(joints.weights))
         ]
@@ -270,6 +291,16 @@ class JointKind:
 
     def accelerated(self) -> list[Term]:
         return [Term(self.domain, self.changing(b), self.joints.rows[b]) for b in self.bends]
+
+    def left(self, b: int, other: Total) -> list[Term]:
+        """Q - J^T R of what is held."""
+        terms = [-self.own(self.missing[b])]
+        if other.terms:
+            terms.append(self._at_rows(other, b))
+        if self.is_node:
+            terms += [-(self.whole_slope(c, b) * self.node(one)) for c, one in enumerate(self.balance.strain)]
+        terms += [-(self.whole_swing(s, b) * self.own(one)) for s, one in enumerate(self.strain)]
+        return [Term(self.domain, (1.0 - self.gate(b)) * self.summed(terms), self.joints.rows[b])]
 
     # series
 

@@ -65,7 +65,7 @@ class MotionJets(Preparation):
             return ArticulatedJet(self.balance, *given)
         if self.sticking is not None:
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
-        return None if self.motion is None else ConstrainedJet(self.motion, self.tabled, *given)
+        return None if self.motion is None else ConstrainedJet(self.motion, self.tabled_in_motion, *given)
 
     def with_beside(self, motion: SeriesJet, name: str) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""

@@ -42,6 +42,9 @@ class NodeArrays:
         self.forces = arranged(system.forces, kept=False) if forces is None else forces
         self.loads = [arranged(one, kept=False) for one in system.loads] if loads is None else loads
         self.inertia = [arranged(one) for one in found.inertia]
+        locks = system.modes and system.modes.locks
+        self.gates = arranged(locks.gates) if locks else None
+        """0 of coordinates that are held, if any may be."""
         self.pairs = [(c, e) for c in self.axes for e in self.axes if c <= e]
         self.bonds = [(c, b) for c in self.axes for b in range(self.size)]
         self.pivots = [(b, d) for b in range(self.size) for d in range(self.size) if b <= d]

@@ -7,7 +7,7 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cached_property, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -20,13 +20,14 @@ from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
 from lagrange_cli.native.families.nearness import Watch
 from lagrange_cli.native.families.observation import OBSERVE, Observation
+from lagrange_cli.native.families.own_actions import OwnActions
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
 from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
-from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
+from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, idle_places, weights_size
 from lagrange_cli.native.families.vectors import DoubleVectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
@@ -74,7 +75,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             vectors=(),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
-            constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
+            constraints=0 if self.system.bonds is None else self.system.bonds.count,
+            pattern=self.pattern,
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
@@ -86,6 +88,10 @@ class FamilyProgram(Returning, Observation, MotionJets):
         parts.append(observe)
         if self.acted:
             parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
+            parts.append(self.own_actions.text())
+        if self.closing:
+            roots = [*dict.fromkeys(one for one, _ in self.closing)]
+            parts.append(self.values("constrain", self.closing, roots)[0])
         parts += [self.jet_at_a_state(), self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.tables.scalars}\n" + listed
@@ -136,6 +142,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             parts += steps
         elif by_series:
             given = replace(self.given(interface, work, floors), near=jet.near)
+            if lengths.followers:
+                given = replace(given, idle=idle_places(given.guards, given.state))
             parts.append(advance(self.by_series(lengths, self.with_integrals(given, lengths))))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
@@ -191,7 +199,13 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
+            alone=bool(self.own_actions.loops),
         )  # fmt: skip
+
+    @cached_property
+    def own_actions(self) -> OwnActions:
+        """What gives the actions of events one by one."""
+        return OwnActions(self)
 
     def numbered(self) -> tuple[tuple[int, int, int], ...]:
         """The events as ``Interface`` has them."""

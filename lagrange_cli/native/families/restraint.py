@@ -206,15 +206,26 @@ class AlongMotion(Restraint):
         self.right = self.of_bounds(
             {b: -self.along(b, self.free) for b, _ in enumerate(self.bounds)}, less=self.rest
         )
+        self.sides = self.sides_of(self.right)
         self.rates = self.on_coordinates(None, self.multipliers)
         """The same with constraints: what these add to ``free``."""
+        self.final = self.finished(self.rates)
         self.locals = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows]
+
+    def sides_of(self, right: Total) -> Sequence[Total]:
+        """The right side, behind what it takes."""
+        return [right]
+
+    def finished(self, rates: Total) -> Total:
+        """The accelerations, from those that all forces give."""
+        return rates
 
     @property
     def arrays(self) -> Sequence[Array]:
         """All that are computed, besides the rates."""
         slopes = [one for some in self.slopes for one in some]
-        return [self.rest, *slopes, self.square, self.free, self.right, self.multipliers]
+        own = [] if self.final is self.rates else [self.final]
+        return [self.rest, *slopes, self.square, self.free, *self.sides, self.multipliers, *own]
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
@@ -222,5 +233,5 @@ class AlongMotion(Restraint):
         return self.series_of(
             bound, {self.system.v: self.system.q}, [*zip(bound.symbols, self.slopes[number], pulled)],
             self.own(number, self.multipliers),
-            lambda place: self.slots.symbol(bound.domain, self.rates, place.table),
+            lambda place: self.slots.symbol(bound.domain, self.final, place.table),
         )  # fmt: skip

@@ -9,11 +9,12 @@ from typing import TypeAlias
 
 from lagrange_cli.native.families.series_places import BESIDE, BRIEF, JET, MOTION
 from lagrange_cli.native.families.spans import Span, divided, smaller
+from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
-from lagrange_cli.native.state import whole_vectors
+from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.native.stepping.acceptance import Allowance
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Row
@@ -28,6 +29,8 @@ FEW = 3
 """Samples in a step that are taken one after the other."""
 AT_ONCE = 4
 """Orders of a sum in each round of its loop."""
+FEWEST = 256
+"""From so many arguments of guards on it pays to leave out what they have in a state."""
 NEXT = 4 * LANES
 """So many rows further on coefficients are fetched: those of an order are far from those of the next one, and
 processors do not foresee that (100,000 beads: 8 percent of the time)."""
@@ -256,6 +259,17 @@ class VelocitySteps(FamilySteps):
             f.store(number * before.get(), found, place + RATE)
             before.set(power.get())
             power.set(power.get() * h)
+
+
+def idle_places(rows: GuardRows | None, state: StateLayout) -> list[slice[int, int, None]]:
+    """Places of a state that ``VelocitySteps`` never change, if they are many: integrals of arguments, whose
+    values nobody needs, and times of events, unless members bounce."""
+    if rows is None or rows.arguments < FEWEST:
+        return []
+    first = state.integrals.start
+    places = (start + first for start in (0, state.width, state.errors))
+    found = [slice(one, one + rows.arguments) for one in places]
+    return found if rows.bounces else [*found, rows.times(state)]
 
 
 def weights_size(order: int) -> int:

@@ -52,6 +52,9 @@ class Sweeps:
                 self.store(value, array, i)
                 mass[c, e] = mass[e, c] = value
             slope = {key: self.load(array, i) for key, array in balance.node_slopes.items()}
+            for b, array in enumerate(balance.node_gates):
+                open_ = self.load(array, i)
+                slope |= {(c, b): slope[c, b] * open_ for c in axes}
             met = {
                 (c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes])
                 for c in axes

@@ -5,6 +5,11 @@ not change by it. Before and after it the state is recorded (``guards``)."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import accumulate
+
 from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
@@ -15,6 +20,10 @@ from lagrange_cli.records import dataclass
 HUGE = 1.7976931348623157e308
 NOTHING = -1
 """In tables, of guards that are no impacts which reduce the speed, or have no contact."""
+ALONE = "act_alone"
+"""The function that gives what one event's action sets, if there is one."""
+NOTE = "note"
+"""The function that copies a state into a record."""
 DONE, LEFT = 1, 0
 """The results of ``@change``: it is done, or left to the caller of ``@advance``."""
 ROUNDING = 2.0**-44
@@ -33,6 +42,8 @@ class ActionCode:
     records: int
     term: int
     """Doubles from a coefficient of an argument to the next one."""
+    alone: bool = False
+    """Whether ``@act_alone`` gives what one event's action sets. Then what events do is looked up, too."""
 
     @property
     def any(self) -> bool:
@@ -43,12 +54,19 @@ class ActionCode:
         """Its IR."""
         moving, settings = self.layout.motion.stop, self.layout.settings.start
         places = [place if place < moving else settings + place - moving for _, place in self.rows.changed]
+        changed, affected = ([guard for guard, _ in one] for one in (self.rows.changed, self.rows.affected))
         tables = [
-            table("changed_by", [guard for guard, _ in self.rows.changed]),
+            table("changed_by", changed),
             table("changed_places", places),
-            table("affected_by", [guard for guard, _ in self.rows.affected] or [-1]),
+            table("affected_by", affected or [-1]),
             table("affected", [guard for _, guard in self.rows.affected] or [0]),
         ]
+        if self.alone:
+            for name, guards in (("changed", changed), ("affected", affected)):
+                order = sorted(range(len(guards)), key=guards.__getitem__)
+                each = Counter(guards)
+                starts = accumulate((each[j] for j in range(self.rows.count)), initial=0)
+                tables += [table(f"{name}_first", [*starts]), table(f"{name}_order", order or [0])]
         if self.rows.bounces:
             numbers = {guard: k for k, (guard, _) in enumerate(self.rows.bounces)}
             rests = dict(self.rows.bounces)
@@ -74,36 +92,47 @@ class ActionCode:
         with f.when(~(count + 1 < rows.records(layout))):
             f.give(left)
         time = f.place(state, layout.time)
-        f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
-        with f.loop(0, len(rows.changed), tested=False) as i:
-            infinite = ~(f.magnitude(f.load(results, i)) <= HUGE)
-            with f.when(f.load_integer("@changed_by", i).equals(j) & infinite):
-                f.give(left)
+        if self.alone:
+            f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
+        else:
+            f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
+        changed = "changed", len(rows.changed), j
+        with self._own(f, *changed) as i, f.when(~(f.magnitude(f.load(results, i)) <= HUGE)):
+            f.give(left)
         if rows.bounces:
             self._bounce(f, j, results)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
-        with f.loop(0, len(rows.changed), tested=False) as i:
+        with self._own(f, *changed) as i:
             place = f.load_integer("@changed_places", i)
-            with f.when(f.load_integer("@changed_by", i).equals(j)):
-                f.store(f.load(results, i), state, place)
-                with f.when(place < 2 * layout.degrees):
-                    f.store(f.constant(0.0), state, place + layout.width)
+            f.store(f.load(results, i), state, place)
+            with f.when(place < 2 * layout.degrees):
+                f.store(f.constant(0.0), state, place + layout.width)
         for k in range(layout.cyclic_momenta.start, layout.cyclic_momenta.stop):
             for part in (0, layout.width):  # they follow from the new velocities
                 f.store(f.constant(0.0), state, k + part)
         f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
-        with f.loop(0, max(1, len(rows.affected)), tested=False) as i:
+        with self._own(f, "affected", max(1, len(rows.affected)), j) as i:
             other = f.load_integer("@affected", i)
-            with f.when(f.load_integer("@affected_by", i).equals(j)):
-                f.store(f.constant(0.0), state, other + rows.mode(layout))
-                f.store(f.constant(0.0), state, other + rows.fresh(layout))
+            f.store(f.constant(0.0), state, other + rows.mode(layout))
+            f.store(f.constant(0.0), state, other + rows.fresh(layout))
         f.store(f.constant(0.0), state, j + rows.mode(layout))
-        f.call(None, "copy", state, after)
+        f.call(None, NOTE, state, after)
         f.store(f.constant(AFTER), after, layout.at(NOTES[0]))
         f.store(count + 2, info, RECORDED)
         f.give(f.count(DONE))
         return f
+
+    @contextmanager
+    def _own(self, f: Function, name: str, count: int, j: Integer) -> Iterator[Integer]:
+        """A loop over those of ``count`` entries of a table that are by guard ``j``."""
+        if not self.alone:
+            with f.loop(0, count, tested=False) as i, f.when(f.load_integer(f"@{name}_by", i).equals(j)):
+                yield i
+            return
+        first, last = (f.load_integer(f"@{name}_first", one) for one in (j, j + 1))
+        with f.loop(first, last) as k:
+            yield f.load_integer(f"@{name}_order", k)
 
     def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may

@@ -42,7 +42,7 @@ def advance(steps: Steps) -> str:
         now, regular = steps.expand(f, Now(t, low, at.clock(Clock.STEP), at.one), at.leaving_at_once)
         with f.when(~at.pending.get().equals(NOTHING)):
             confirm(at, now, regular, rounds)
-        with f.when(at.taken.get() >= at.pause):
+        with f.when(at.pauses()):
             at.leave(Stop.PAUSE)
         with f.when(~regular):
             at.leave(Stop.SINGULAR)
@@ -51,7 +51,7 @@ def advance(steps: Steps) -> str:
         if at.due is not None:
             stop_at_guard(at, step, at.due, rounds)
         take(at, step)
-    return "".join([*steps.functions(), copy_function(steps.state), f.text()])
+    return "".join([*steps.functions(), copy_function(steps.state, idle=steps.given.idle), f.text()])
 
 
 @dataclass(frozen=True)

@@ -49,5 +49,9 @@ class Given:
     near: int | None = None
     """Where ``%work`` tells which guards have series, if those that nothing can come of in a step have none
     (see ``GuardSearch``)."""
+    alone: bool = False
+    """Whether ``@act_alone`` gives what one event's action sets."""
+    idle: Sequence[slice[int, int, None]] = ()
+    """Places of the state that steps never change, in order."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""

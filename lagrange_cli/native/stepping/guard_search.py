@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import reduce
 from operator import or_
@@ -50,6 +50,10 @@ class GuardSearch:
     near: int | None = None
     """Where ``%work`` tells which guards that are side by side have series in this step, if others have none
     (``native.families.nearness``)."""
+    alone: bool = False
+    """Whether actions of events are computed one by one (``ActionCode.alone``)."""
+    idle: Sequence[slice[int, int, None]] = ()
+    """Places of the state that steps never change."""
 
     @property
     def roots(self) -> Roots:
@@ -59,7 +63,7 @@ class GuardSearch:
     @property
     def actions(self) -> ActionCode:
         """The code for simple actions."""
-        return ActionCode(self.rows, self.layout, self.records, self.lengths.term)
+        return ActionCode(self.rows, self.layout, self.records, self.lengths.term, self.alone)
 
     @property
     def _rooted(self) -> bool:

@@ -7,6 +7,7 @@ recorded is copied behind ``%trial``, and ``%info`` counts the copies."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 
@@ -16,8 +17,9 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
-from lagrange_cli.native.stepping.actions import LEFT
+from lagrange_cli.native.stepping.actions import LEFT, NOTE
 from lagrange_cli.native.stepping.guard_search import GuardSearch
+from lagrange_cli.native.stepping.steps import copy_function
 from lagrange_cli.records import dataclass
 
 AWAY, CHANGED, NOTED = range(3)
@@ -40,6 +42,8 @@ class GuardCode(GuardSearch):
         own = [self._first(), self._flip(), self._settled()]
         actions = self.actions.functions() if self.actions.any else []
         own += [roots.side()] if self.actions.any else []
+        if self.rows.events:
+            actions = [*actions, copy_function(self.layout, NOTE, self._unnoted)]
         guards = self.rows.guards
         tables = [
             table("guard_roles", [one.role for one in guards]),
@@ -101,7 +105,7 @@ class GuardCode(GuardSearch):
             with f.when(role.equals(Role.ACTION) | ~(count < self.rows.records(layout))):
                 f.give(f.count(AWAY))
             place = f.place("%trial", count * layout.memory + self.records)
-            f.call(None, "copy", state, place)
+            f.call(None, NOTE, state, place)
             term = self.lengths.term
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             f.store(j.to_real(), place, layout.at(NOTES[0]))
@@ -117,6 +121,13 @@ class GuardCode(GuardSearch):
                     f.store(self._mark(f), state, j + self.rows.fresh(layout))
                     f.give(f.count(CHANGED))
             f.store(count + 1, info, RECORDED)
+
+    @property
+    def _unnoted(self) -> Sequence[slice[int, int, None]]:
+        """Places of the state that a record has not, where some are idle: besides these, modes and marks."""
+        return (
+            (*self.idle, slice(self.rows.mode(self.layout), self.layout.settings.stop)) if self.idle else ()
+        )
 
     @property
     def holding(self) -> bool:

@@ -77,7 +77,8 @@ class Steps(ABC):
         records = records_at(given.state, given.work, self.parts)
         self.guards = None
         if given.guards:
-            self.guards = GuardCode(given.guards, given.state, lengths, records, near=given.near)
+            places = given.guards, given.state, lengths, records
+            self.guards = GuardCode(*places, near=given.near, alone=given.alone, idle=given.idle)
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
         self.arguments = self._proof("arguments_proven", given.proving[2], (first, arguments))

@@ -3,7 +3,7 @@ confirmed, the samples that are taken, and what leads out of it."""
 
 from __future__ import annotations
 
-from lagrange_cli.native.guards import DUE
+from lagrange_cli.native.guards import DUE, RECORDED
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
@@ -96,6 +96,15 @@ class Progress:
         """Whether the step before is the last one of this call, if it is accepted."""
         last = self.pending.get().equals(Stop.END) | self.pending.get().equals(Stop.SAMPLES)
         return last | (self.taken.get() >= self.pause)
+
+    def pauses(self) -> Bit:
+        """Whether the caller is to have a look: after so many steps, or where no further action of an event
+        can be recorded."""
+        guards, paused = self.steps.guards, self.taken.get() >= self.pause
+        if guards is None or not guards.alone:
+            return paused
+        most = guards.rows.records(guards.layout)
+        return paused | (self.f.load_integer(self.info, RECORDED) + 1 >= most)
 
     def change_mode(self, now: Now) -> Bit:
         """Go on from here with the other mode of the guard that is due; whether the equations are the same.

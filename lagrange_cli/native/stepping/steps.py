@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.state import LANES, StateLayout
@@ -22,10 +24,15 @@ class Now:
     unit: Real
 
 
-def copy_function(layout: StateLayout) -> str:
-    """``@copy(from, to)``: whole states."""
-    f = Function("define internal void @copy(ptr noalias %from, ptr noalias %to) #0")
-    f.copy_rows(("%from", 0), ("%to", 0), layout.memory, min(layout.width, LANES))
+def copy_function(layout: StateLayout, name: str = "copy", idle: Sequence[slice[int, int, None]] = ()) -> str:
+    """``@copy(from, to)``: whole states, but for places that are ``idle``, in order."""
+    f = Function(f"define internal void @{name}(ptr noalias %from, ptr noalias %to) #0")
+    lanes, first = min(layout.width, LANES), 0
+    for one in (*idle, slice(layout.memory, layout.memory)):
+        start = one.start + -one.start % lanes
+        if start > first:
+            f.copy_rows(("%from", first), ("%to", first), start - first, lanes)
+        first = max(first, one.stop - one.stop % lanes)
     f.give()
     return f.text()
 

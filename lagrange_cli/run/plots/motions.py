@@ -12,6 +12,7 @@ import numpy as np
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.panels import Band, Curve, Panel, Scale, finite
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.plots.paths import in_space, standing
 from lagrange_cli.run.plots.quantities import Quantity, quantities, unit_text, with_unit
 from lagrange_cli.run.plots.reading import extremes, over_time, rows_of, together
 from lagrange_cli.store.result import Result
@@ -155,7 +156,8 @@ def path(runs: Sequence[Run]) -> list[Panel]:
                 first, second = (r[0], r[1]) if len(r) > 1 else (t, r[0])
                 third = finite(r[2]) if len(r) > 2 else None
                 named = " ".join(part for part in (run.label, plain(label)) if part)
-                curves.append(Curve(finite(first), finite(second), named, len(curves), third, run.faded(t)))
+                curve = Curve(finite(first), finite(second), named, len(curves), third, run.faded(t))
+                curves.append(standing(curve) if dimensions > 1 else curve)
     if not curves:
         return []
     if len(curves) > MOST_CURVES:
@@ -165,9 +167,7 @@ def path(runs: Sequence[Run]) -> list[Panel]:
         time = with_unit("$t$", runs[0].time.unit)
         return [Panel("positions", time, with_unit("$x$", unit), tuple(curves))]
     axes = [with_unit(f"${axis}$", unit) for axis in "xyz"]
-    z = axes[2] if dimensions == 3 else ""
-    flat = [replace(one, z=None) for one in curves]
-    return [Panel("path in space", axes[0], axes[1], tuple(curves if z else flat), z=z, equal=True)]
+    return [in_space(tuple(curves), axes)]
 
 
 def plain(name: str) -> str:

@@ -158,10 +158,13 @@ def obstacle(motion: Motion, derived: FamilySystem | Residual) -> str:
 
     if motion.settings.backward:
         return "This motion is followed backward in time."
-    bound = isinstance(derived, Residual) and derived.multipliers
+    if isinstance(derived, Residual):
+        bound, touching = bool(derived.multipliers), coupled(derived)
+    else:
+        bound, touching = derived.bonds is not None, derived.coupled is not None
     if bound and motion.spec.acts:
         return "Actions of events in a system with constraints are computed by lagrange solve only."
-    if isinstance(derived, Residual) and coupled(derived):
+    if touching:
         return "Impacts of bodies that may rest on each other are computed by lagrange solve only."
     return ""
 

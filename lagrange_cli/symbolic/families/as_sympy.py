@@ -72,6 +72,8 @@ def integer(whole: Whole) -> sympy.Expr:
         left, right = integer(atom.left), integer(atom.right)
         if atom.operator == "*":
             made += factor * left * right
+        elif atom.operator == "**":
+            made += factor * left**right
         elif atom.operator in EXTREMES:
             absolute = atom.operator == "max" and right == -left
             made += factor * (sympy.Abs(left) if absolute else EXTREMES[atom.operator](left, right))

@@ -12,7 +12,7 @@ from functools import partial, reduce
 from operator import add, sub
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lagrange_cli.expression.indices import EXTREMES, OPERATIONS, Unsuited
+from lagrange_cli.expression.indices import EXTREMES, OPERATIONS, Unsuited, power
 from lagrange_cli.expression.syntax import (
     WHOLE,
     WHOLE_FUNCTIONS,
@@ -37,7 +37,7 @@ Values: TypeAlias = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Operation:
-    """``left operator right``, one of ``// % *``; or ``min`` or ``max`` of both: |a| is max(a, -a)."""
+    """``left operator right``, one of ``// % * **``; or ``min`` or ``max`` of both: |a| is max(a, -a)."""
 
     operator: str
     left: Whole
@@ -50,7 +50,8 @@ class Operation:
             if self.operator == "max" and self.right == self.left * -1:
                 return f"abs({self.left.text})"
             return f"{self.operator}({self.left.text}, {self.right.text})"
-        return f"{enclosed(self.left)} {self.operator} {enclosed(self.right)}"
+        space = "" if self.operator == "**" else " "
+        return f"{enclosed(self.left)}{space}{self.operator}{space}{enclosed(self.right)}"
 
     @property
     def names(self) -> frozenset[str]:
@@ -73,6 +74,10 @@ class Operation:
             return min(ends), max(ends)
         if self.operator in EXTREMES:
             return EXTREMES[self.operator](left[0], right[0]), EXTREMES[self.operator](left[1], right[1])
+        if self.operator == "**":
+            if min(left[0], right[0]) < 0:
+                raise Unsuited
+            return left[0] ** right[0] if left[0] else 0, max(1, power(left[1], right[1]))
         if right[0] <= 0:
             raise Unsuited
         if self.operator == "%":
@@ -224,7 +229,7 @@ def entry(table: NumberTable, indices: Sequence[Whole]) -> Whole:
 def operation(operator: str, left: Whole, right: Whole) -> Whole:
     """A remainder, quotient or product, or the lesser or greater one."""
     if not left.terms and not right.terms:
-        if operator in WHOLE and right.constant == 0:
+        if (operator in WHOLE and right.constant == 0) or (operator == "**" and right.constant < 0):
             raise Unsuited
         return number((OPERATIONS | EXTREMES)[operator](left.constant, right.constant))
     if operator == "*":
@@ -300,7 +305,7 @@ def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:
         linear: Mapping[str, Callable[[Whole, Whole], Whole]] = {"+": add, "-": sub}
         if tree.operator in linear:
             return linear[tree.operator](left, right)
-        if tree.operator in ("*", "//", "%"):
+        if tree.operator in ("*", "//", "%", "**"):
             return operation(tree.operator, left, right)
     if isinstance(tree, Call) and tree.function in WHOLE_FUNCTIONS:
         given = [whole_of(one, names) for one in tree.arguments]

@@ -83,3 +83,19 @@ def test_what_constraints_on_velocities_keep_makes_nothing_new() -> None:
         """)
     (integral,) = [one for one in found if one.startswith("I_")]
     assert "sin(alpha)*sin(th)" in integral
+
+
+PAIR = """
+parameters: {{m: 1, M: 2, k: 3}}
+coordinates: {{x: {{initial: 1}}, y: {{initial: 0}}, X: {{initial: 0}}, Y: {{initial: 2}}}}
+masses: {{p: m, P: M}}
+positions: {{p: [x, y], P: [X, Y]}}
+potential: {}
+"""
+
+
+@pytest.mark.parametrize(("potential", "names"), [("0", set()), ("-k/norm(p - P)", {"A_x", "A_y"})])
+def test_the_runge_lenz_vector_is_that_of_a_force(potential: str, names: set[str]) -> None:
+    """Without a force v x L is made of conserved v and L, which are said already."""
+    found = told(PAIR.format(potential))
+    assert {one.partition(" = ")[0] for one in found if one[:2] in ("A_", "I_")} == names

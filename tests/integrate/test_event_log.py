@@ -1,0 +1,40 @@
+"""Crossings as datasets."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.families.test_events import followed, keep_families, ready
+
+BEADS = """
+sizes: {N: 4}
+coordinates: {"x[i in range(N)]": {initial: "10*i", velocity: "-i**2"}}
+masses: {"bead[i in range(N)]": 1}
+positions: {"bead[i in range(N)]": ["x[i]"]}
+potential: 0
+events:
+  "meet[i in range(N), j in range(i)]": {when: "x[i] - x[j] - 1/2"}
+  "pass[i in range(1, N)]": {when: "x[i] - 9"}
+  "apart[i in range(N), j in range(N) if i != j]": {when: "x[i] - x[j] - 1"}
+"""
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_crossings_have_the_indices_of_their_members(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """x[i] - x[j] = (10 - (i + j) t)(i - j), also of families that are not all pairs."""
+    keep_families(monkeypatch, whole=whole)
+    found = followed(ready(BEADS), BEADS, 9.99)
+
+    def listed(name: str, *indices: str) -> list[tuple[int, ...]]:
+        return list(zip(*(found[f"events/{name}/{index}"].astype(int).tolist() for index in indices)))
+
+    def when(i: int, j: int, distance: float) -> float:
+        return (10.0 - distance / (i - j)) / (i + j)
+
+    pairs = [(i, j) for i in range(4) for j in range(i)]
+    assert listed("meet", "i", "j") == sorted(pairs, key=lambda one: when(*one, 0.5))
+    assert listed("pass", "i") == sorted(
+        ((i,) for i in range(1, 4)), key=lambda one: (10 * one[0] - 9) / one[0] ** 2
+    )
+    both = [(i, j) for i in range(4) for j in range(4) if i != j and when(i, j, 1.0) < 9.99]
+    assert listed("apart", "i", "j") == sorted(both, key=lambda one: when(*one, 1.0))

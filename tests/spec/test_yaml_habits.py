@@ -1,0 +1,86 @@
+"""Lists, indentation and spaces as people write them who do not know YAML: a message at the place."""
+
+from __future__ import annotations
+
+import pytest
+
+from lagrange_cli.expression.scan import WORDS
+from tests.support.files import PENDULUM, changed, problems, underlined
+
+POSITION = "  bob: [l*sin(theta), -l*cos(theta)]"
+THETA = "  theta: {initial: 0.1}"
+
+# what to replace, by what, then the line, the underlined piece, a part of the message and the hint
+HABITS = [
+    (THETA, "  - theta: 0.3", 7, "", "has only names", "write 'theta: {initial: 0.3}' without the '- '"),
+    (THETA, "  - theta: {initial: 1}", 7, "", "only names", "'theta: {initial: ...}' without the '- '"),
+    (THETA, "  - {name: theta, at: 1}", 7, "", "only names", "'theta: {initial: ...}' without the '- '"),
+    (THETA, "  - {}", 7, "", "has only names", "write 'theta: {initial: 0.1, velocity: 0}'"),
+    (THETA, "  - theta = 0.5", 7, "theta = 0.5", "cannot be called", "write theta: {initial: 0.5}"),
+    ("  bob: m", "bob: m", 9, "bob", "unknown key 'bob'", "indent it, if it belongs to 'masses'"),
+    (THETA, "theta: {initial: 0.1}", 7, "theta", "unknown key", "if it belongs to 'coordinates'"),
+    ("masses:\n  bob: m", "masses {bob: 2*m}", 8, "masses {bob", "unknown key", "write 'masses: {bob: 2*m}'"),
+    ("masses:\n  bob: m", "masses:{bob: m}", 8, "masses:{bob", "unknown key", "write 'masses: {bob: m}'"),
+    ("potential: m", "potential:\u00a0m", 12, "", "U+00A0 where YAML expects a space", "by a space"),
+    ("  m: 1", "\u3000 m: 1", 3, "", "U+3000 where YAML expects a space", "by a space"),
+    (POSITION, "  bob:\n    -l\n    -l*cos(theta)", 12, "-l", "is no list", "write '- -l', with a space"),
+    (POSITION, "  bob:\n    -theta\n\n    -1", 12, "-theta", "is no list", "write '- -theta'"),
+    ("*bob.y", "*bob.y // weight", 12, "m", "neither an index nor a size", "a comment begins with #"),
+    ("*bob.y", "*bob.y % weight", 12, "m", "neither an index nor", "a comment begins with #"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "line", "piece", "message", "hint"), HABITS)
+def test_a_habit_from_elsewhere_is_said_once_with_a_way_out(old, new, line, piece, message, hint):
+    found = problems(changed(old, new))
+    assert [problem.line for problem in found] == [line]
+    assert message in found[0].message and hint in found[0].hint
+    assert not piece or underlined(found[0]) == piece
+
+
+@pytest.mark.parametrize(
+    "text", ["  bob: -l*sin(theta)\n    -l*cos(theta)", "  bob:\n    l*sin(theta)\n    -1"]
+)
+def test_a_sum_on_several_lines_is_one_expression(text):
+    assert [one.message for one in problems(changed(POSITION, text))] == [
+        "the particle 'bob' has no component 'y' in potential"
+    ]
+
+
+def test_parameters_in_a_list_are_told_to_leave_out_the_dash():
+    text = changed("  m: 1\n  l: {value: 0.5, unit: m}\n  g: 9.81", "  - m: 1\n  - l: 0.5\n  - g: 9.81")
+    (found,) = problems(text)
+    assert found.line == 3 and "without '- '" in found.hint
+
+
+@pytest.mark.parametrize("word", sorted(WORDS))
+def test_a_word_of_expressions_is_no_name(word):
+    found = problems(changed("  m: 1", f"  m: 1\n  {word}: 1"))
+    assert underlined(found[0]) == word and f"call it {word}_ or another name" in found[0].hint
+    assert not problems(changed("  m: 1", f"  m: {word}_\n  {word}_: 1"))
+
+
+@pytest.mark.parametrize(("name", "line", "column"), [("pendülum", 1, 11), ("x\n# é", 2, 3)])
+def test_a_character_of_another_encoding_is_shown_at_its_place(name, line, column):
+    (found,) = problems(changed("pendulum", name).encode("latin-1"))
+    assert (found.line, found.column) == (line, column) and "UTF-8" in found.message
+    assert not problems(PENDULUM.replace("pendulum", name).encode("utf-8-sig"))
+
+
+SUMS = [
+    ("Sum(x[i] for i in range(2))", "write sum(...) for Sum(...)"),
+    ("m*(Σ(m*x[i]**2 for i in range(2)))", "write sum(...) for Σ(...)"),
+    ("np.sum(x[i] for i in range(2))", "write sum(...)"),
+    ("prod(x[i] for i in range(2))", "there are no products over an index"),
+    ("sin(x[i] for i in range(2))", "as in sum("),
+    ("m*(x[i] for i in range(2))", "as in sum("),
+    ("x[i] for i in range(2)", "as in sum("),
+]
+
+
+@pytest.mark.parametrize(("potential", "hint"), SUMS)
+def test_a_loop_outside_a_sum_says_how_sums_are_written(potential, hint):
+    text = "parameters: {m: 1}\ncoordinates: {'x[i in range(2)]': {initial: 1}}\n"
+    text += "masses: {'p[i in range(2)]': m}\npositions: {'p[i in range(2)]': 'x[i]'}\npotential: "
+    assert not problems(f"{text}sum(x[i] for i in range(2))")
+    assert hint in problems(f"{text}{potential}")[0].hint
