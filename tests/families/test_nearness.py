@@ -87,14 +87,13 @@ def found_of(text: str, fewest: int, monkeypatch: pytest.MonkeyPatch) -> Mapping
 @pytest.mark.exhaustive(keep=0.05)
 @pytest.mark.parametrize("seed", range(40))
 def test_no_event_is_missed(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same events as where all arguments have series in all steps. Every bit is the same unless the step
-    ends there before the motion's series do, as those of an argument converge more slowly."""
+    """The same events as where all arguments have series in all steps. Roots are looked for in shorter times,
+    and the rounding errors of their last bits grow from impact to impact."""
     text = gas(seed)
     keep_families(monkeypatch, whole=True)
     near, every = found_of(text, 0, monkeypatch), found_of(text, 10**9, monkeypatch)
     assert near.keys() == every.keys()
     assert sum(len(near[path]) for path in near if path.endswith("/t")) > 5
     for path, values in every.items():
-        slow = values.dtype.kind == "f" and ("norm" in text or "**1.5" in text or "cos(x[j])" in text)
         assert near[path].shape == values.shape, path
-        assert np.max(np.abs(near[path] - values), initial=0.0) <= (2.0**-40 if slow else 0.0), path
+        assert np.max(np.abs(near[path] - values), initial=0.0) <= 2.0**-37, path

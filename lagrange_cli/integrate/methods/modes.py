@@ -53,6 +53,9 @@ class Modes:
         self.marks = memory[marks : marks + count]
         self.count = len(program.guards)
         self._seen: list[Seen] = []
+        settings = memory[self._layout.settings]
+        self._at = settings.ctypes.data, constants.ctypes.data
+        """Where parameters, modes and constants are."""
 
     def set_parameters(self, parameters: Array) -> None:
         """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
@@ -72,8 +75,7 @@ class Modes:
 
     def prepare(self) -> None:
         """Compute the constants of the equations from parameters and modes."""
-        settings = self.memory[self._layout.settings]
-        self.machine.prepare(settings.ctypes.data, self.constants.ctypes.data)
+        self.machine.prepare(*self._at)
 
     def _series(self) -> Array:
         """The series from here on; the rates of velocities and integrals."""

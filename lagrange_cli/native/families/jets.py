@@ -20,6 +20,7 @@ from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
+from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.records import dataclass
 
 MOST_NUMBERS = whole("numbers")
@@ -44,7 +45,7 @@ class Jet:
     text: str
     work: int
     operations: int
-    near: int | None = None
+    near: NearPlaces | None = None
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from lagrange_cli.families.arrays import Array
+from lagrange_cli.families.arrays import Array, Chain
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.closed import ClosedJet
@@ -14,7 +14,8 @@ from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet, SeriesJet
-from lagrange_cli.native.families.loops import loops, needed
+from lagrange_cli.native.families.loops import Loop, loops, needed
+from lagrange_cli.native.families.near_lists import ListJet, suits
 from lagrange_cli.native.families.nearness import NearJet, Watch, enclosed
 from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.series_places import BESIDE, BRIEF, HEAD, JET, MOTION
@@ -86,13 +87,26 @@ class MotionJets(Preparation):
             return False
         if self.silent < len(self.integrals):  # others have a say in how long steps are
             return False
+        return bool(enclosed(self.integrands, *self.watched))
+
+    @property
+    def watched(self) -> tuple[list[Loop | Chain], tuple[Array, ...]]:
+        """The loops of the arguments, and the arrays of numbers in these."""
+        assert self.integrands is not None
         listed = loops(needed([self.integrands], self.slots, self.lasting.fixed), self.slots)
-        return bool(enclosed(self.integrands, listed, (self.system.q, self.system.v, *self.lasting.fixed)))
+        return listed, (self.system.q, self.system.v, *self.lasting.fixed)
+
+    @property
+    def lists(self) -> bool:
+        """Whether steps look at lists of these."""
+        assert self.integrands is not None
+        return suits(self.integrands, *self.watched, self.slots)
 
     def with_near(self, motion: SeriesJet, watch: Watch) -> Jet:
         """The jet of a motion, and functions of their own for it and for the arguments of guards."""
         assert self.integrands is not None
-        jet, beside = motion.write(), NearJet(watch, self.integrands, motion, BESIDE).write()
+        kind = ListJet if watch.whole(self.integrands.count) and self.lists else NearJet
+        jet, beside = motion.write(), kind(watch, self.integrands, motion, BESIDE).write()
         f = Function(HEAD.format(JET, DoubleVectors.times))
         places = f.pointer("%constants"), Real(f, "%t", 1), *f.pointers("state", "work")
         regular = f.call(Bit, MOTION, *places)

@@ -36,11 +36,13 @@ from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.guard_search import MANY
+from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.proof import WIDER
 from lagrange_cli.records import dataclass, replace
 
 FEWEST = 256
 """From so many guards on it pays to look for those that need no series."""
+NEAR_HEAD = HEAD.replace(") #0", ", double %h) #0")
 LASTING = Source.PARAMETERS, Source.WHOLE, Source.MODES
 
 
@@ -66,6 +68,10 @@ class Watch:
     def pays(self) -> bool:
         """Whether there are enough of them."""
         return self.rows.side_by_side >= max(FEWEST, MANY)
+
+    def whole(self, count: int) -> bool:
+        """Whether they are ``count`` guards, all side by side."""
+        return self.rows.count == count and count - self.rows.side_by_side < LANES
 
 
 def enclosed(arguments: Total, listed: Sequence[Loop | Chain], moving: Sequence[Array]) -> list[Loop]:
@@ -106,13 +112,18 @@ class Enclosure(Writer):
         f, fixed = self.f, self.fixed(bases)
         with f.loop(0, length, LANES, tested=False) as j:
             inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
-            times = {node: Disk(at, f.splat(self.h, LANES)) for node, at in self.evaluation.known.items()}
-            known = {**times, **fixed, **self.changing(bases, j)}
-            disks = LaneDisks(f, self.vectors.kind, LANES)
-            nodes = [term.node for term, _ in self.loop.terms]
-            emit_values(disks, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
-            for node, i in zip(nodes, self.number[len(self.used) :]):
-                self.put(self.sure(disks, known[node]), inside, i, bases, j)
+            values = self.enclosed({**fixed, **self.changing(bases, j)})
+            for value, i in zip(values, self.number[len(self.used) :]):
+                self.put(value, inside, i, bases, j)
+
+    def enclosed(self, slots: Mapping[Node, Operands]) -> list[Real]:
+        """The arguments of eight members with these numbers, 0 for those that may be 0."""
+        f, times = self.f, self.evaluation.known
+        known = {**{node: Disk(at, f.splat(self.h, LANES)) for node, at in times.items()}, **slots}
+        disks = LaneDisks(f, self.vectors.kind, LANES)
+        nodes = [term.node for term, _ in self.loop.terms]
+        emit_values(disks, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
+        return [self.sure(disks, known[node]) for node in nodes]
 
     def sure(self, disks: Disks, value: Disk | None) -> Real:
         """The centres of disks that do not contain 0; 0 for others."""
@@ -195,7 +206,7 @@ class NearSeries(SeriesWriter):
 class NearJet(BesideJet):
     """The series of those arguments that may be 0 within ``%h``."""
 
-    head = HEAD.replace(") #0", ", double %h) #0")
+    head = NEAR_HEAD
     copied = False
 
     def __init__(self, watch: Watch, integrands: Total, motion: SeriesJet, name: str) -> None:
@@ -225,7 +236,7 @@ class NearJet(BesideJet):
         return self.f.place("%work", self.marked, "double")
 
     def write(self) -> Jet:
-        return replace(super().write(), near=self.marked)
+        return replace(super().write(), near=NearPlaces(self.marked))
 
     def clear(self, evaluation: Evaluation, totals: Sequence[Array]) -> None:
         super().clear(evaluation, [one for one in totals if one is not self.integrands])

@@ -14,7 +14,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
-from lagrange_cli.native.state import StateLayout, whole_vectors
+from lagrange_cli.native.state import Clock, StateLayout, whole_vectors
 from lagrange_cli.native.stepping.acceptance import Allowance
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Row
@@ -29,8 +29,11 @@ FEW = 3
 """Samples in a step that are taken one after the other."""
 AT_ONCE = 4
 """Orders of a sum in each round of its loop."""
-FEWEST = 256
+FEWEST = 1024
 """From so many arguments of guards on it pays to leave out what they have in a state."""
+AHEAD, SHORTEST, LONGER = 4.0, 2.0**-30, 8.0
+"""Guards are looked for in so many times the length of the last step, or in this part of the step, and then
+in so many times that."""
 NEXT = 4 * LANES
 """So many rows further on coefficients are fetched: those of an order are far from those of the next one, and
 processors do not foresee that (100,000 beads: 8 percent of the time)."""
@@ -152,9 +155,37 @@ class VelocitySteps(FamilySteps):
         if self.given.near is not None:
             f.call(Bit, BESIDE, f.pointer("%constants"), now.t + now.low, *self.places(f), h)
 
+    def forget(self, f: Function) -> None:
+        near = self.given.near
+        if near is None or not near.listed:
+            super().forget(f)
+            return
+        term, velocities = self.lengths.term, self.lengths.first + 2 * self.lengths.degrees
+        with f.loop(0, self.lengths.order + 1, tested=False) as m:
+            f.call(None, "clear", f.place("%work", m * term, "double"), f.count(whole_vectors(velocities, 1)))
+        behind = (self.lengths.order + 1) * term
+        f.call(None, "clear", f.place("%work", behind, "double"), f.count(near.kept - behind))
+
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
-        self.watch(f, now, h)
-        return super().first_guard(f, now, h)
+        """The first one is looked for in the next few times the length of the last step, then in a longer
+        time: so few guards are near."""
+        near = self.given.near
+        if near is None or not near.listed:
+            self.watch(f, now, h)
+            return super().first_guard(f, now, h)
+        usual = f.larger(f.load("%state", self.state.at(Clock.LENGTH)) * AHEAD, h * SHORTEST)
+        span = f.variable(f.smaller(h, usual))
+        first, guard, reach = f.variable(h), f.variable(f.count(0)), f.variable(h)
+        with f.forever() as rounds:
+            self.watch(f, now, span.get())
+            root, which, known = super().first_guard(f, now, span.get())
+            first.set(root)
+            guard.set(which)
+            reach.set(known)
+            with f.when((root <= span.get()) | ~(known >= span.get()) | ~(span.get() < h)):
+                rounds.leave()
+            span.set(f.smaller(h, span.get() * LONGER))
+        return first.get(), guard.get(), reach.get()
 
     def place(self, f: Function, i: Integer, m: Index, rows: int = 0) -> Real:
         speed = self.speed(f, i, m - 1, rows)

@@ -37,6 +37,8 @@ def advance(steps: Steps) -> str:
     at = Progress(steps)
     f = at.f
     steps.forget(f)
+    if at.listed and steps.given.near:
+        steps.given.near.renew(f)
     with f.forever() as rounds:
         t, low = at.clock(Clock.TIME), at.clock(Clock.TIME_LOW)
         now, regular = steps.expand(f, Now(t, low, at.clock(Clock.STEP), at.one), at.leaving_at_once)
@@ -154,6 +156,8 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
         with f.when(root.equals(0.0)):
             at.change_mode(step.now)
             steps.forget(f)
+            if at.listed and steps.given.near and steps.guards and steps.guards.rows.affected:
+                steps.given.near.renew(f)
             rounds.go_on()
         step.bound.set(root)
         step.confirms.set(at.yes)
@@ -187,7 +191,8 @@ def take(at: Progress, planned: Planned) -> None:
     at.began.set(at.index.get())
     step = f.select(final, left, bound.get())
     if at.due is not None:
-        f.call(None, "settled", at.state, step)
+        work = [f.pointer("%work")] * at.listed
+        f.call(None, "settled", at.state, step, *work)
     at.length.set(step)
     at.usual_before.set(usual.get())
     at.remember(Clock.USUAL_STEP, usual.get())

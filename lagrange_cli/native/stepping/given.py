@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import dataclass
 
@@ -46,7 +47,7 @@ class Given:
     """Which rates depend on which coordinates, for implicit steps."""
     rates: str = "jet"
     """The function that computes rates, for steps on these."""
-    near: int | None = None
+    near: NearPlaces | None = None
     """Where ``%work`` tells which guards have series, if those that nothing can come of in a step have none
     (see ``GuardSearch``)."""
     alone: bool = False

@@ -14,6 +14,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
 
@@ -47,7 +48,7 @@ class GuardSearch:
     """Whether arguments are polynomials through values of theirs, instead of series."""
     close: float = 0.0
     """Up to this part of velocities friction stops a vector, where steps would have errors as large."""
-    near: int | None = None
+    near: NearPlaces | None = None
     """Where ``%work`` tells which guards that are side by side have series in this step, if others have none
     (``native.families.nearness``)."""
     alone: bool = False
@@ -185,13 +186,22 @@ class GuardSearch:
             with f.loop(0, count, tested=False) as j:
                 yield j
             return
+        if self.near is not None and self.near.listed:
+            near = self.near
+            with (
+                near.eights(f, count) as first,
+                f.when(self._any(f, first, reach)),
+                near.marked(f, first) as j,
+            ):
+                yield j
+            return
         with f.loop(0, count, LANES, tested=False) as first:
             suspect = f.variable(Bit(f, "true"))
             with f.when(first < whole):
                 if self.near is None:
                     suspect.set(f.any(self._suspect(f, first, reach.get())))
                 else:
-                    suspect.set(f.any(f.load_row("%work", first + self.near, LANES) > 0.0))
+                    suspect.set(f.any(f.load_row("%work", first + self.near.marks, LANES) > 0.0))
                     with f.when(suspect.get()):
                         suspect.set(f.any(self._suspect(f, first, reach.get())))
             end = first + LANES
@@ -200,8 +210,15 @@ class GuardSearch:
                 if self.near is None:
                     yield j
                 else:
-                    with f.when((f.load("%work", j + self.near) > 0.0) | (j >= whole)):
+                    with f.when((f.load("%work", j + self.near.marks) > 0.0) | (j >= whole)):
                         yield j
+
+    def _any(self, f: Function, first: Integer, reach: Variable[Real]) -> Bit:
+        """Whether any guard of a vector has to be looked at; those of one that is not whole have."""
+        suspect = f.variable(Bit(f, "true"))
+        with f.when(first < self.rows.side_by_side):
+            suspect.set(f.any(self._suspect(f, first, reach.get())))
+        return suspect.get()
 
     def _suspect(self, f: Function, first: Integer, reach: Real) -> Bit:
         """Which guards of a vector have to be looked at: whose arguments are near 0, or not known, in a step

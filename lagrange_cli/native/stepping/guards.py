@@ -7,7 +7,8 @@ recorded is copied behind ``%trial``, and ``%info`` counts the copies."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import reduce
 from operator import or_
 
@@ -19,6 +20,7 @@ from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import LEFT, NOTE
 from lagrange_cli.native.stepping.guard_search import GuardSearch
+from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.steps import copy_function
 from lagrange_cli.records import dataclass
 
@@ -159,16 +161,29 @@ class GuardCode(GuardSearch):
         f.call(None, "prepare", f.place(state, self.layout.settings.start), f.pointer("%constants"))
 
     def _settled(self) -> Function:
-        """``@settled(state, h)``: after a step of ``h`` arguments that were 0 are so no more."""
-        f = Function("define internal void @settled(ptr %state, double %h) #0")
+        """``@settled(state, h, work)``: after a step of ``h`` arguments that were 0 are so no more."""
+        near = self.near if self.near and self.near.listed else None
+        f = Function(
+            f"define internal void @settled(ptr %state, double %h{', ptr %work' if near else ''}) #0"
+        )
         h, place = Real(f, "%h"), self.layout.at(Clock.LENGTH)
         nowhere = f.magnitude(f.load("%state", self.layout.time)) * NOWHERE
         before = f.load("%state", place)
         f.store(f.select(h > f.larger(before * BRIEF, nowhere), h, before), "%state", place)
-        with f.loop(0, self.rows.count, tested=False) as j:
+        with self._marked(f, near) as j:
             at = j + self.rows.fresh(self.layout)
             mark = f.load("%state", at)
             leads = (h > f.larger(mark * BRIEF, nowhere)) & (mark > 0.0)
             f.store(f.select(leads, f.constant(0.0), mark), "%state", at)
         f.give()
         return f
+
+    @contextmanager
+    def _marked(self, f: Function, near: NearPlaces | None) -> Iterator[Integer]:
+        """All guards, or those that are near: others have no marks."""
+        if near is None:
+            with f.loop(0, self.rows.count, tested=False) as j:
+                yield j
+            return
+        with near.eights(f, self.rows.count) as first, near.marked(f, first) as j:
+            yield j

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, width_of
+from lagrange_cli.native.state import LANES, whole_vectors, width_of
 from lagrange_cli.records import dataclass, replace
 
 
@@ -79,7 +79,10 @@ class Lengths:
     def speeds(self) -> tuple[int, int]:
         """The rows of these vectors."""
         first, count = self.leading
-        return (self.vector(first), self.width) if self.together > 1 else (first, first + count)
+        if self.together == 1:
+            return first, first + count
+        last = min(self.width, whole_vectors(first + count)) if self.followers else self.width
+        return self.vector(first), last
 
     def one_by_one(self) -> Lengths:
         """The same rows, each a vector of its own."""

@@ -46,6 +46,8 @@ class Progress:
         self.settled, self.unit_before = f.variable(yes), f.variable(self.one)
         """Whether the integrals of the step before are right already; the unit of time of its series."""
         self.due = f.variable(f.count(NO_GUARD)) if steps.guards else None
+        self.listed = steps.given.near is not None and steps.given.near.listed
+        """Whether guards that are near are listed (``NearPlaces``)."""
         self.whole = f.variable(no)
         """Whether the next step to a root is not divided."""
 
