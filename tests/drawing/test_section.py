@@ -169,7 +169,7 @@ WRONG = [
     ("rods: [cart]", "cart", "a line joins two points or more", "[[0, bob]]"),
     ("rods: ['(bead[i], cart) for i in range(M)']", "M", "'M' is neither an index nor a size", ""),
     ("rods: ['(bead[i], bead[i + 1]) for i in range(N)']", "bead[i + 1]", "no member 'bead[4]'", ""),
-    ("rods: ['(cart, cart) for i in range(10**3) for j in range(10**3)']", "j", "more than 100 repetitions", ""),
+    ("rods: ['(cart, cart) for i in range(10**3) for j in range(10**3)']", "j", "more than 100", ""),
     ("rods: ['(cart, 0) for i in range(1000)']", "i", "more than 100 repetitions", ""),
     ("rods: ['(bead[k], 0) for k in range(N)']", "k", "the index 'k' has the name of a parameter", ""),
     ("springs: {a: cart}", "{", "must be a list", "springs: [[(0, 0), block]]"),
