@@ -56,7 +56,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
         program = program_of(residual, plan, compilation, original)
     except TooLarge as error:
         others = compilation.precision == DOUBLE and compilation.factor is None and not compilation.proven
-        if others and not residual.model.constraints:
+        if others and method.needs is Needs.SERIES and not residual.model.constraints:
             raise
         raise type(error)(error.message, error.hint.replace(SHORTER, "")) from error
     if compilation.section == SECTION and not program.lanes:
