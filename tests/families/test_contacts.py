@@ -10,6 +10,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Finished
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.happenings import Happenings
+from lagrange_cli.native.families import own_actions
 from lagrange_cli.native.guards import EXPLICIT, LOOSE, SIMPLE, Role
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import OUTPUTS, followed, keep_families, ready
@@ -165,7 +166,7 @@ def test_what_is_said_of_contacts_does_not_grow_with_them(case: str, monkeypatch
         program = ready(text).machine.program
         return len(system.slots.graph.nodes), len(program.text.splitlines())
 
-    assert counted(64) == counted(100)
+    assert counted(200) == counted(264)
 
 
 def test_a_ball_rests_on_while_others_bounce(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -305,3 +306,27 @@ def test_compiled_code_does_elastic_actions_beside_contacts(monkeypatch: pytest.
     found = followed(ready(text), text, 3.1)
     assert np.all(np.bincount(found["events/wall/i"].astype(int)) >= 2)
     assert set(acted) <= {0, 1, 2}  # those of the floor, where balls may rest
+
+
+ALONE = "a floor", "walls", "an elastic wall besides"
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", CASES)
+def test_actions_of_one_event_give_the_same_bits_as_those_of_all(
+    case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With many events only the action of the one that happens is computed (``native.families.own_actions``),
+    also where impacts use what it sets."""
+    across, up, events = CASES[case]
+    text = BALLS.format(count=9, across=across, up=up, events=events)
+    keep_families(monkeypatch, whole=True)
+    found = []
+    for fewest in (0, 10**9):
+        monkeypatch.setattr(own_actions, "FEWEST", fewest)
+        prepared = ready(text)
+        alone = "@act_alone" in prepared.machine.program.text
+        assert not alone if fewest else alone or case not in ALONE, case
+        found.append(followed(prepared, text))
+    for path, values in found[1].items():
+        assert np.array_equal(found[0][path], values, equal_nan=True), (case, path)

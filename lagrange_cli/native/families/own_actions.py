@@ -81,6 +81,7 @@ class OwnActions:
         )
         members = np.full(events, NONE)
         members[first] = np.arange(loop.domain.count)
+        others += [owners[x.array][x.table] for x in loop.used.values() if x.array in owners]
         whole = all(np.array_equal(one, first) for one in others)
         return Own(loop, members) if whole and np.count_nonzero(members >= 0) == loop.domain.count else None
 
@@ -102,7 +103,11 @@ class OwnActions:
                 places = [place_at(f, member + tables.of_array(table)) for table in listed]
                 known = dict(evaluation.known)
                 for (symbol, slot), i in zip(own.loop.used.items(), numbers):
-                    one: Real = vectors.load(evaluation.where(slot.array), places[i])
+                    if slot.array in self.first:  # what an earlier loop has computed for this event
+                        where = f.place("%results", self.first[slot.array], "double")
+                    else:
+                        where = evaluation.where(slot.array)
+                    one: Real = vectors.load(where, places[i])
                     known[symbol] = vectors.operand(vectors.splat(one, LANES))
                 nodes = [term.node for term, _ in own.loop.terms]
                 emit_values(evaluation.emitter, nodes, known, Everywhere(tables.constants.slots))
