@@ -115,6 +115,9 @@ class FamilySystem:
     accelerations: Total
     """Those of the coordinates. On chains and trees they are computed from all equations together, and have
     no terms."""
+    apart: tuple[Node, Node] | None = None
+    """T and U, where they are not the parts of L that are quadratic in velocities, and the others: where
+    axes move."""
     vector: Total | None = None
     joints: Articulation | None = None
     speeds: Mapping[str, Sequence[Total | None]] = MappingProxyType({})
@@ -177,7 +180,9 @@ class FamilySystem:
 
     @property
     def moved_in_time(self) -> bool:
-        """Whether positions on chains depend on t besides coordinates."""
+        """Whether positions depend on t besides coordinates, as T does then."""
+        if self.apart is not None:
+            return not self.straight
         moved = self.joints.moved if self.joints else ()
         return any(one.symbols & self.time.symbols for one in moved)
 

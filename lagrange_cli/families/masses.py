@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+import numpy as np
+
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -12,8 +14,40 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.description import Component
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
+from lagrange_cli.mechanics.multiplied_out import halved_squares, without_time
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec, grouped
+
+
+@dataclass(frozen=True)
+class Energies:
+    """L = sum M v^2/2 - U, with a ``potential`` U that is linear in velocities and consists of ``totals``,
+    and the ``components`` of particles that move along fixed axes. Where axes move, T and U as they are
+    written, ``apart``."""
+
+    potential: Node
+    masses: Total
+    totals: Sequence[Total]
+    components: Sequence[Component] = ()
+    apart: tuple[Node, Node] | None = None
+
+
+def energies_of(builder: FamilyBuilder, spec: Spec) -> Energies:
+    """They, where M is diagonal and constant. Raises ``Unsuited`` where it is not."""
+    if spec.lagrangian is not None:
+        lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
+        return Energies(*separated(builder, lagrangian), [*builder.totals])
+    parts = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
+    potential = builder.graph.sum([(one, 1.0) for one in parts])
+    totals = [*builder.totals]
+    try:
+        moving = [*particles(builder, spec)]
+        return Energies(potential, masses_of(builder, moving), totals, moving)
+    except Unsuited:
+        kinetic = moving_axes(builder, spec)
+        parted = separated(builder, kinetic - potential)
+        return Energies(*parted, [*builder.totals], apart=(kinetic, potential))
 
 
 def components(
@@ -54,6 +88,22 @@ def masses_of(builder: FamilyBuilder, particles: Sequence[Component]) -> Total:
     return masses
 
 
+def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
+    """T of particles whose places are made of coordinates and t alone, as along axes that turn."""
+    speeds: dict[Domain, list[tuple[Node, Node]]] = {}
+    for _, _, domain, x, mass in components(builder, spec):
+        if any(isinstance(slot.array, Total) for _, slot in builder.slots.inside(x)):
+            raise Unsuited
+        speeds.setdefault(domain, []).append((mass, builder.rate(x, domain)))
+    terms = []
+    for domain, parts in speeds.items():
+        energy = halved_squares(builder.graph, parts)
+        if energy is None:
+            raise Unsuited
+        terms.append(Term(domain, energy, np.zeros(domain.count, dtype=np.int64)))
+    return builder.slots.symbol(builder.root, builder.added(1, terms), np.zeros(1, dtype=np.int64))
+
+
 def kinked(node: Node, by: Iterable[Node]) -> bool:
     """Whether switches in an expression depend on some symbols."""
     symbols = sum(one.symbols for one in by)
@@ -76,7 +126,8 @@ def separated(builder: FamilyBuilder, lagrangian: Node) -> tuple[Node, Total]:
     masses: list[Term] = []
 
     def parted(domain: Domain, node: Node, factor: Node | None) -> Node:
-        """Without its terms M v^2/2, whose masses are noted."""
+        """Without its terms M v^2/2, whose masses are noted, and multiplied out where t vanishes then."""
+        node = without_time(graph, node, builder.time)
         speeds = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.v]
         if not speeds:
             return node

@@ -29,7 +29,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
-from lagrange_cli.families.masses import masses_of, particles, separated
+from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import with_modes
 from lagrange_cli.mechanics.switching.cuts import cuts_of
@@ -160,17 +160,8 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
     everyone = Domain(builder.q.count)
-    if spec.lagrangian is None:
-        energies = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
-        potential = graph.sum([(one, 1.0) for one in energies])
-        totals = [*builder.totals]
-        components = [*particles(builder, spec)]
-        masses = masses_of(builder, components)
-    else:
-        components = []
-        lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
-        potential, masses = separated(builder, lagrangian)
-        totals = [*builder.totals]
+    energies = energies_of(builder, spec)
+    potential, masses, totals = energies.potential, energies.masses, energies.totals
     covered = np.zeros(builder.q.count, dtype=bool)
     for term in masses.terms:
         covered[term.targets] = True
@@ -201,7 +192,7 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
         centres=centres(builder, spec) if vector.terms else (),
         applied=total_of(builder.q.count, terms, graph), potential=potential,
-        kinetic=kinetic, momenta=momenta, components=components, bonds=bound,
+        kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound, apart=energies.apart,
         accelerations=accelerations(builder, everyone, forces, masses, bound),
     )  # fmt: skip
 

@@ -73,6 +73,9 @@ class Quantities:
     @property
     def kinetic(self) -> Element | None:
         """T."""
+        apart = self.system.apart
+        if apart is not None:
+            return self.whole(apart[0])
         return None if self.system.spec.lagrangian is not None else self.kinetic_energy
 
     @property
@@ -83,6 +86,8 @@ class Quantities:
     @property
     def potential(self) -> Element | None:
         """U."""
+        if self.system.apart is not None:
+            return self.whole(self.system.apart[1])
         return None if self.system.spec.lagrangian is not None else self.whole(self.system.potential)
 
     @property

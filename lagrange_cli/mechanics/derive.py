@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.constrained.weightless import entangled, weightless
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulations import formulations, if_affordable, lowered
+from lagrange_cli.mechanics.multiplied_out import along_moving_axes
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.jumps import refuse_jumps
 from lagrange_cli.mechanics.switching.saturation import saturated, saturated_rows
@@ -36,7 +37,7 @@ def derive(model: Model[Node]) -> Residual:
     refuse_strain(model)
     refuse_undetermined(model)
     refuse_unchanging(model)
-    found = equations_of(model)
+    found = equations_of(along_moving_axes(model))
     refuse_idle(model)
     refuse_spinning(found)
     return found

@@ -1,0 +1,88 @@
+"""Energies multiplied out, so that identities are used: along axes that turn, cos^2 + sin^2 = 1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import combinations_with_replacement
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import replace
+
+LONGEST = 400
+"""Products that may arise; beyond, the embedding is the better form anyway."""
+
+
+def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
+    """T = sum m v^2/2 as a sum of monomials in which identities have been used, or None where multiplying out
+    would make too many. Where the embedding's squares add up (cos^2 + sin^2 = 1: polar coordinates, rotating
+    frames), T is far shorter than the embedding, and d/dt dT/dq_dot - dT/dq costs fewer convolutions than
+    d'Alembert's form.
+    """
+    parts = [(one.mass, component) for one in model.particles for component in one.velocity]
+    return halved_squares(graph_of(model), parts)
+
+
+def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]]) -> Node | None:
+    """The sum of m v^2/2 for some (m, v), likewise."""
+    products: list[tuple[Node, float]] = []
+    for mass, component in parts:
+        terms = monomials(graph, component)
+        if terms is None or len(products) + len(terms) ** 2 > LONGEST:
+            return None
+        for (a, x), (b, y) in combinations_with_replacement(terms, 2):
+            weight = x * y * (0.5 if a is b else 1.0)
+            products.append((graph.product([(mass, 1), (a, 1), (b, 1)]), weight))
+    return graph.sum(products)
+
+
+def monomials(graph: Graph, node: Node) -> list[tuple[Node, float]] | None:
+    """``node`` as coefficients times products that hold no sum to a positive whole power; None if too many.
+
+    A sum under any other power or inside a function stays one factor.
+    """
+    if node.kind is Kind.SUM:
+        constant, coefficients = node.data
+        collected: list[tuple[Node, float]] = [(graph.one, constant)] if constant else []
+        for argument, coefficient in zip(node.arguments, coefficients):
+            inner = monomials(graph, argument)
+            if inner is None or len(collected) + len(inner) > LONGEST:
+                return None
+            collected += [(x, coefficient * c) for x, c in inner]
+        return collected
+    if node.kind is not Kind.PRODUCT:
+        return [(node, 1.0)]
+    if not any(one.kind is Kind.SUM for one in node.arguments):
+        return [(node, 1.0)]
+    terms: list[tuple[Node, float]] = [(graph.one, 1.0)]
+    for argument, exponent in zip(node.arguments, node.data):
+        whole = isinstance(exponent, int) and 0 < exponent <= 4 and argument.kind is Kind.SUM
+        factors = monomials(graph, argument) if whole else [(graph.product([(argument, exponent)]), 1.0)]
+        for _ in range(exponent if whole else 1):
+            if factors is None or len(terms) * len(factors) > LONGEST:
+                return None
+            terms = [(x * y, c * d) for x, c in terms for y, d in factors]
+    return terms
+
+
+def without_time(graph: Graph, node: Node, time: Node) -> Node:
+    """An expression whose sums are multiplied out where t vanishes from them, as from distances between what
+    turns with the same axes."""
+    values: dict[Node, Node] = {}
+    for one in reachable([node], lambda inner: bool(inner.symbols & time.symbols)):
+        if one.kind is Kind.SUM and one.symbols & time.symbols:
+            terms = monomials(graph, one)
+            if terms is not None:
+                whole = graph.sum(terms)
+                if not whole.symbols & time.symbols:
+                    values[one] = whole
+    return substituted(graph, [node], values)[0] if values else node
+
+
+def along_moving_axes(model: Model[Node]) -> Model[Node]:
+    """A model whose potential does not depend on t where only the axes do."""
+    potential = without_time(graph_of(model), model.potential, model.time)
+    return model if potential is model.potential else replace(model, potential=potential)
