@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Numbers = NDArray[np.float64]
 
 
-SEED, CHOICES = 1, 2
+SEED, CHOICES, STATES = 1, 2, 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,8 @@ def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
 
 def passing(system: FamilySystem, listed: Sequence[Friction]) -> bool:
     """Whether motions pass where forces jump with one argument u of places: where u and du/dt are 0, d2u/dt2
-    is the same on both sides, as for a dashpot in a contact, whose force vanishes with the velocity."""
+    is the same on both sides, as for a dashpot in a contact, whose force vanishes with the velocity; or
+    nothing holds them there, as where an attraction is cut off."""
     slots, graph, (domain, u) = system.slots, system.slots.graph, listed[0].place
     if system.joints or system.bonds:
         return False
@@ -134,7 +135,23 @@ def passing(system: FamilySystem, listed: Sequence[Friction]) -> bool:
                 change += graph.diff(u, symbol) * jump / own
             elif np.any(slot.table == targets):
                 return False
-    return vanishes_at_rest(system, listed[0], change)
+    return vanishes_at_rest(system, listed[0], change) or unheld(system, listed[0], change)
+
+
+def unheld(system: FamilySystem, one: Friction, change: Node) -> bool:
+    """Whether motions pass where the gradient of U jumps, unless in a valley, such as |u|. There d2u/dt2 is
+    less where u > 0, by this change, which is negative in states and with parameters at random: what comes to
+    rest there is held. Where that depends on parameters, a motion that is to be held ends."""
+    chance, none = np.random.default_rng(SEED), np.zeros(system.q.count)
+    for left in where_it_vanishes(system.slots.graph, change, one.argument):
+        with np.errstate(all="ignore"):
+            values = [
+                FamilyValues(system, 0.0, chance.normal(size=none.shape), none, given).node(left)
+                for given in chance.uniform(0.5, 1.5, (STATES, system.given.count))
+            ]
+        if all(np.all(np.asarray(one) <= 0.0) for one in values):
+            return False
+    return True
 
 
 def yields(system: FamilySystem, one: Friction) -> bool:

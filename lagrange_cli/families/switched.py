@@ -17,7 +17,8 @@ from lagrange_cli.records import replace
 JUMPS = (
     "forces that jump other than with a coordinate, a velocity or a difference of these",
     "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), "
-    "and let other forces not jump, or only where they vanish with the relative velocity",
+    "and let other forces not jump, or only where they vanish with the relative velocity or where they "
+    "never push back from both sides",
 )
 """What members are written out for, and how to do without."""
 ON_JOINTS = (

@@ -71,6 +71,7 @@ definitions:
 potential: sum(k/2*max(0, d - norm(p[i] - p[j]))**2 for i in range(N) for j in range(i))
 {potential}
 """
+PAIRS = GRAINS.replace("\n{potential}", " + {potential}")
 CHARGES = """
 sizes: {{N: {count}}}
 parameters: {{"B[i in range(N)]": 2 + i/9, s: 0.1}}
@@ -187,6 +188,23 @@ CASES = {
     "poles on a circle": (
         CIRCLE,
         "sum(1/norm(bead[i] - bead[i - 1])/9 - log(abs(x[i] - x[i - 1]))/5 for i in range(1, N))",
+    ),
+    "forces between two places": (BEADS, "sum(k*min(max(x[i], -c), c) for i in range(N))"),
+    "attractions that are cut off": (
+        PAIRS,
+        "-sum(where(norm(p[i] - p[j]) < c, k/90*(1/norm(p[i] - p[j]) - 1/c), 0)"
+        " for i in range(N) for j in range(i))",
+    ),
+    "attractions that fade at their end": (
+        PAIRS,
+        "-sum(where(norm(p[i] - p[j]) < c, k/30*(1/norm(p[i] - p[j]) - 2/c + norm(p[i] - p[j])/c**2), 0)"
+        " for i in range(N) for j in range(i))",
+    ),
+    "forces of Lennard and Jones that are cut off": (
+        PAIRS,
+        "sum(where(norm(p[i] - p[j]) < c, norm(p[i] - p[j])**-12 - 2*norm(p[i] - p[j])**-6 - c**-12"
+        " + 2*c**-6, 0) for i in range(N) for j in range(i))\n"
+        'generalized_forces: {{"x[i in range(N)]": -0.3*x_dot[i]}}',
     ),
     "rods": (RODS, "sum(3*max(0, th[i] - 0.2)**2 + max(0, 0.5 - bob[i].x)**2 for i in range(N))"),
 }
@@ -467,7 +485,6 @@ def test_switches_that_are_passed_over_together_are_not_due(
     [
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i] - x_dot[0])"}}',
         "sum(max(0, sqrt(0.1 + abs(x[i])**3) - 0.4)**2 for i in range(N))",
-        "sum(k*min(max(x[i], -c), c) for i in range(N))",
         "sum(abs(x[i] - 0.3) + max(0, x[i] - 0.1 - 0.2) for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-sign(x_dot[i]) - where(x_dot[i] > c, 1, 0)"}}',
         "sum((atan2(x[i], x[0] - 3) - 1)**2 for i in range(N))",

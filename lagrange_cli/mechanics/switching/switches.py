@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.expression.signs import proportional
+from lagrange_cli.mechanics.multiplied_out import monomials
 from lagrange_cli.mechanics.substitution import rebuilt, rewritten, substituted
 
 ROUNDED = 2.0**-45
@@ -47,7 +48,8 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
 
 
 def where_it_vanishes(graph: Graph, node: Node, argument: Node) -> Iterator[Node]:
-    """``node`` where ``argument`` is 0, in several ways: one of its terms is put in terms of the others."""
+    """``node`` where ``argument`` is 0, in several ways: one of its terms is put in terms of the others; of a
+    length also the square, as forces along it are written in powers of that."""
     _, argument = graph.split_coefficient(argument)
     if argument.kind is not Kind.SUM:
         yield where_zero(graph, node, argument)
@@ -57,6 +59,13 @@ def where_it_vanishes(graph: Graph, node: Node, argument: Node) -> Iterator[Node
         others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
         if term not in reachable([others]):
             yield substituted(graph, [node], {term: others})[0]
+            if term.kind is Kind.PRODUCT and len(term.arguments) == 1:
+                ((base, exponent),) = factors_of(term)
+                whole = graph.product([(others, 1.0 / exponent)])
+                left = substituted(graph, [node], {base: whole, term: others})[0]
+                left = substituted(graph, [left], {graph.product([(whole, exponent)]): others})[0]
+                terms = monomials(graph, left)
+                yield left if terms is None else graph.sum(terms)
 
 
 def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
