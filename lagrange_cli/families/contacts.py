@@ -9,6 +9,8 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+    from lagrange_cli.expression.node import Node
+    from lagrange_cli.families.arrays import Domain
     from lagrange_cli.families.bonds import Bonds
 
 
@@ -39,16 +41,29 @@ class Contacts:
 
 
 @dataclass(frozen=True, eq=False)
+class Push:
+    """What the members of a ``domain`` have of the directions of slow impacts: ``node`` for each one's
+    contact, along the coordinates at these ``rows``."""
+
+    domain: Domain
+    node: Node
+    contacts: Places
+    rows: Places
+
+
+@dataclass(frozen=True, eq=False)
 class Coupled:
     """Resting contact at the ``events`` of these numbers whose forces depend on one another, and on those of
     constraints: all are the ``bonds``, so many ``fixed`` ones first. ``signs`` has the modes of contacts, and
-    ``multipliers`` their forces, which are the last of all multipliers."""
+    ``multipliers`` their forces, which are the last of all multipliers. On chains and trees, contacts change
+    accelerations by their ``pushes`` (see ``families.joint_contacts``)."""
 
     events: Places
     bonds: Bonds
     fixed: int
     signs: Array
     multipliers: Total
+    pushes: tuple[Push, ...] = ()
 
     @property
     def count(self) -> int:

@@ -115,14 +115,14 @@ class Finding:
         return Term(domain, placed(self.slots, term.node, domain, members), contacts[members])
 
     def _refuse_switches(self) -> None:
-        nodes = [one.node for one in (*self.arguments, *self._values)]
+        nodes = [one.node for one in (*self.arguments, *self.values)]
         if any(one.kind is Kind.SWITCH for one in reachable(nodes)):
             raise Unsuited
         if any(isinstance(slot.array, Total) for one in nodes for _, slot in self.slots.inside(one)):
             raise Unsuited
 
     @cached_property
-    def _values(self) -> list[Term]:
+    def values(self) -> list[Term]:
         """The velocities that impacts give, at the numbers of what actions set."""
         found = []
         for term in self.events.values.terms:
@@ -181,7 +181,7 @@ class Finding:
         if len(which):
             domain = Domain(len(which))
             terms.append(Term(domain, self.slots.symbol(domain, self.slopes, own[which]), every[which]))
-        for term in self._values:
+        for term in self.values:
             for symbol, slot in self.slots.inside(term.node):
                 slope = self.slope_of(self._contact[term.targets], slot.table)
                 members = np.flatnonzero(slope >= 0)

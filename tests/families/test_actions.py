@@ -151,7 +151,7 @@ def test_a_chain_goes_back_on_its_way_from_a_wall(monkeypatch: pytest.MonkeyPatc
     assert np.allclose(found["v/a"][-1], -found["v/a"][0], rtol=0.0, atol=1e-9)
 
 
-def test_impacts_on_chains_that_reduce_the_speed_are_written_out() -> None:
-    spec = read_spec(chain("stops of joints", 12).replace('"-a_dot[i]"', '"-0.5*a_dot[i]"'), "system.yaml")
+def test_impacts_of_bobs_that_reduce_the_speed_are_written_out() -> None:
+    spec = read_spec(chain("a wall", 12).replace('"-a_dot[j]"', '"-0.5*a_dot[j]"'), "system.yaml")
     assert systems.any_family_system(spec) is None
     assert "reduce the speed" in systems.reason(spec)[0]

@@ -10,6 +10,7 @@ from lagrange_cli.native.families.corrected import CorrectedJet, Local
 from lagrange_cli.native.families.diagonal import regular
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.pressing import Pressing
 from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
@@ -67,6 +68,12 @@ class ArticulatedJet(CorrectedJet):
         if balance.left is not None:
             step = room(balance.left.count)
             self.planes[self.carried[-1]] = self.take((self.order + 1) * step), step
+        touch = balance.touch
+        if touch is not None:
+            for array in touch.arrays:
+                self.planes[array] = self.take(room(array.count + 1)), 0
+            self.pressing = Pressing(self, touch)
+            self.place_kept()
         self.arrange_members(series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.vectors, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
@@ -109,12 +116,21 @@ class ArticulatedJet(CorrectedJet):
         evaluation.write(self.moving(balance.after))
         if balance.left is not None:
             self.copy(evaluation.where(balance.left), self.at(self.carried[-1], k), balance.left.count)
+        if balance.touch is not None:
+            self.good += self.pressing.press(evaluation, first=first)
+            if self.followed and self.sweeps is not None:
+                self.pressing.move_nodes(evaluation, self.sweeps)
+            self.keep(balance.touch.multipliers, k)
         self.evaluate(k, correcting=True)
-        self.advance(evaluation, k, balance.rates)
+        self.advance(evaluation, k, balance.final)
 
     def given(self, *, first: bool) -> list[Array]:
         """What series give."""
-        return [*self.balance.local, *(self.balance.slopes if first else ())]
+        touch = self.balance.touch
+        found = [*self.balance.local, *(self.balance.slopes if first else ())]
+        if touch is not None:
+            found += [*touch.in_order, *(touch.in_first if first else ())]
+        return found
 
     def follow_forces(self, evaluation: Evaluation, *, first: bool) -> None:
         """The accelerations of nodes."""

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term, Total
@@ -26,9 +27,15 @@ from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.kinds import JointKind
 from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays, array
 
+if TYPE_CHECKING:
+    from lagrange_cli.native.families.joint_contacts import JointContacts
+
 
 class Balance(NodeArrays):
     """The totals of a system of joints, on which other ``forces`` and ``loads`` may act than its own."""
+
+    touch: JointContacts | None = None
+    """Resting contacts, which change accelerations besides."""
 
     def __init__(
         self,
@@ -54,6 +61,16 @@ class Balance(NodeArrays):
         self._respond()
         self.series = [local_of(one) for one in self.kinds]
         """What the joints' series of each kind give."""
+
+    def touched(self, touch: JointContacts) -> None:
+        """Let contacts change accelerations."""
+        self.touch = touch
+        self.series = [*(local_of(one, touch) for one in self.kinds), *touch.series]
+
+    @property
+    def final(self) -> Total:
+        """The accelerations of coordinates, with those by contacts."""
+        return self.rates if self.touch is None else self.touch.rates
 
     def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
         """What ``forces`` and ``loads`` do alone, with the same masses."""
@@ -149,8 +166,8 @@ class Balance(NodeArrays):
         return list(dict.fromkeys([*self.local, *self.slopes, *sweeps, *totals]))
 
 
-def local_of(kind: JointKind) -> Local:
-    """What the joints' series give."""
+def local_of(kind: JointKind, touch: JointContacts | None = None) -> Local:
+    """What the joints' series give; without what contacts that ``touch`` add to accelerations."""
     graph, joints, balance = kind.graph, kind.joints, kind.balance
     arranged = balance.arrange
 
@@ -169,10 +186,18 @@ def local_of(kind: JointKind) -> Local:
     moved += [
         (weight.move, kind.every, kind.rest[s], kind.strain[s]) for s, weight in enumerate(joints.weights)
     ]
+    pushed = [] if touch is None else [kind.at_rows(touch.pushed, b) for b in kind.bends]
     for k, (move, places, rest, strain) in enumerate(moved):
         node = simple(move)
         if node.kind is not node.kind.NUMBER:
             rate = graph.ddt(graph.ddt(node))
+            pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(joints.coordinates, pushed)]
+            if pairs:
+                jolt = graph.sum(pairs)
+                unknowns |= dict.fromkeys(u for u in pushed if jolt.symbols & u.symbols)
+                rate = rate - jolt
+                if touch is not None and k < len(joints.moves) and not jolt.is_zero:
+                    terms.append((Term(kind.domain, jolt, places), touch.jolts[k]))
             terms.append((Term(kind.domain, rate, places), rest))
         force = balance.slots.symbol(kind.domain, strain, places)
         for b, symbol in zip(kind.bends, joints.coordinates):
@@ -189,4 +214,6 @@ def local_of(kind: JointKind) -> Local:
         if not node.is_zero:
             terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))
     change = [kind.own(one) for one in kind.change]
+    if touch is not None:
+        change = [kind.at_rows(touch.rates, b) for b in kind.bends]
     return Local(kind.domain, [*terms, *slopes], len(slopes), joints.coordinates, [*unknowns], change)

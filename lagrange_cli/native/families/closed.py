@@ -42,14 +42,16 @@ class ClosedJet(ArticulatedJet):
         totals = super().prepared()
         self.first = self.take(room(self.tabled.size))
         self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.first)
-        self.place_kept()
+        if self.balance.touch is None:
+            self.place_kept()
         return totals
 
     def accelerate(
         self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         super().accelerate(evaluation, k, phase, span)
-        self.keep(self.closure.multipliers, k)
+        if self.balance.touch is None:
+            self.keep(self.closure.multipliers, k)
 
     def given(self, *, first: bool) -> list[Array]:
         own = [*self.closure.in_order, *(self.closure.in_first if first else ())]

@@ -54,7 +54,7 @@ class AtRest(Preparation):
             found[self.resting.bonds.multipliers] = self.resting.multipliers
         if self.resting is not None:
             balance = self.resting.balance if isinstance(self.resting, Closure) else self.resting
-            found[self.system.accelerations] = balance.rates
+            found[self.system.accelerations] = balance.final
         return {one: array for one, array in found.items() if one in totals}
 
     def room_at_rest(self, vectors: Vectors, base: Pointer) -> Resting:

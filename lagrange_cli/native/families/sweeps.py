@@ -151,6 +151,14 @@ class Sweeps:
                 if self.straight:
                     one.set(value)
 
+    def carry(self, steps: Sequence[Array], moved: Sequence[Array]) -> None:
+        """Add ``steps`` up from the roots on, and to the accelerations of nodes."""
+        with climb(self.f, self.tables, self.tree, back=False) as (i, parent, _):
+            for step, to in zip(steps, moved):
+                value = self.load(step, parent) + self.load(step, i)
+                self.store(value, step, i)
+                self.store(self.load(to, i + 1) + value, to, i + 1)
+
 
 def dotted(
     vectors: Vectors, terms: Sequence[tuple[Numbers, Numbers]], start: Numbers | None = None
