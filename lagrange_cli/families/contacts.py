@@ -52,11 +52,26 @@ class Push:
 
 
 @dataclass(frozen=True, eq=False)
+class Reach:
+    """What the members of a ``domain`` have of them along the coordinates at these ``rows``, where contacts
+    depend on places of nodes that these move: ``node``, times dx/dq of the coordinate's own joint, times
+    dg/dx. This is that of a contact's place number ``hold``: of the ``members`` of the bound of this number
+    (see ``bonds``)."""
+
+    domain: Domain
+    node: Node
+    bound: int
+    hold: int
+    members: Places
+    rows: Places
+
+
+@dataclass(frozen=True, eq=False)
 class Coupled:
     """Resting contact at the ``events`` of these numbers whose forces depend on one another, and on those of
     constraints: all are the ``bonds``, so many ``fixed`` ones first. ``signs`` has the modes of contacts, and
     ``multipliers`` their forces, which are the last of all multipliers. On chains and trees, contacts change
-    accelerations by their ``pushes`` (see ``families.joint_contacts``)."""
+    accelerations by their ``pushes`` and ``reaches`` (see ``families.joint_contacts``)."""
 
     events: Places
     bonds: Bonds
@@ -64,6 +79,7 @@ class Coupled:
     signs: Array
     multipliers: Total
     pushes: tuple[Push, ...] = ()
+    reaches: tuple[Reach, ...] = ()
 
     @property
     def count(self) -> int:

@@ -53,7 +53,34 @@ FLOOR = """
 events:
   "hit[i in range(N)]": {{when: "z[i]", direction: falling, action: {{set: {{"z_dot[i]": "-{e}*z_dot[i]"}}}}}}
 """
+WALL = """
+events:
+  "hit[i in range(N)]": {{{{when: "{when}", direction: {direction}, action: {{{{set: {{{{{sets}}}}}}}}}}}}}
+"""
+ALL = '"a_dot[j in range(N)]": "-{e}*a_dot[j]"'
+
+
+def wall(when: str, sets: str = ALL, direction: str = "falling") -> str:
+    """The text of a family of events at places of bobs."""
+    return WALL.format(when=when, sets=sets, direction=direction)
+
+
+AT_ONCE = wall("bob[i].x - 0.2*l[0]*(i + 1) + 0.1*sin(3*t) + 0.1*a[i]")
+PART = wall("bob[i].x - 0.3*l[0]*(i + 1)", '"a_dot[j in range(N)]": "-({e} + 0.1*j/N)*a_dot[j]"')
+DEEP = wall("bob[i].y + 0.85*sum(l[j] for j in range(i + 1))", SLOWER)
+APART = wall("dot(bob[i] - bob[i - 2], bob[i] - bob[i - 2]) - 0.9*(l[i] + l[i - 1])**2", SLOWER, "rising")
+APART = APART.replace("i in range(N)]", "i in range(2, N)]", 1)
+IN_SPACE = wall("bob[i].z + 0.8*(i + 1)", ALL + ', "b_dot[j in range(N)]": "-{e}*b_dot[j]"')
+ON_CART = wall("bob[i].x - 0.9*(i + 1)", ALL + ', "x_dot": "-{e}*x_dot"', "rising")
 CASES = {
+    "a wall": (HEAD + CHAIN + wall("bob[i].x - 0.2*l[0]*(i + 1)"), "0.4 + 0.05*sin(i)", 1.2),
+    "a wall that moves": (HEAD + CHAIN + AT_ONCE, "0.4 + 0.05*sin(i)", 1.0),
+    "a wall that slows some more": (HEAD + CHAIN + PART, "0.5 + 0.05*sin(i)", 0.5),
+    "a wall of a tree": (HEAD + TREE + wall("bob[i].x - 0.2"), "0.4 + 0.05*sin(i)", 1.2),
+    "floors that stop one link": (HEAD + CHAIN + DEEP, "1 + 0.05*sin(i)", 1.6),
+    "distances": (HEAD + CHAIN + APART, "1 - 0.6*i", 0.6),
+    "a floor in space": (HEAD + SPACE + IN_SPACE, "0.3*sin(i)", 1.2),
+    "a wall of a chain on a cart": (HEAD + CART + ON_CART, "0.3*sin(i)", 1.2),
     "stops of a chain": (HEAD + CHAIN + STOP, "0.3 + 0.02*i", 1.5),
     "stops on both sides": (HEAD + CHAIN + STOP + RIGHT, "0.3 + 0.02*i", 1.5),
     "stops that move": (HEAD + CHAIN + CURVED, "0.3 + 0.02*i", 1.5),
@@ -64,6 +91,7 @@ CASES = {
     "tops": (HEAD + TOPS + TURNED, "0.02*i", 1.2),
     "quaternion bodies": (BODIES + FLOOR, "0", 1.5),
 }
+IN_DOUBLE_DOUBLE = [("stops of a chain", 0.25, 1.5), ("stops between links", 0, 0.6), ("a wall", 0.5, 1.2)]
 CLOSE = 2.0**-36
 
 
@@ -79,7 +107,7 @@ def written(case: str, count: int, e: float | str) -> str:
 @pytest.mark.parametrize("case", CASES)
 def test_joints_rest_as_written_out(case: str, count: int, e: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(systems, "FEWEST_TURNING", 0)
-    count = max(count, 2) if case == "stops between links" else count
+    count = max(count, {"stops between links": 2, "distances": 3}.get(case, 1))
     text, stop = written(case, count, e), CASES[case][-1]
     found, expected = (motion(text, stop, whole=whole, patch=monkeypatch) for whole in (True, False))
     for path in (one for one in expected if not one.startswith("events/")):
@@ -103,9 +131,7 @@ def test_random_stops_of_random_chains(count: int, e: float, seed: int) -> None:
         assert np.max(np.abs(found[path] - expected[path])) <= CLOSE * size, path
 
 
-@pytest.mark.parametrize(
-    ("case", "e", "stop"), [("stops of a chain", 0.25, 1.5), ("stops between links", 0, 0.6)]
-)
+@pytest.mark.parametrize(("case", "e", "stop"), IN_DOUBLE_DOUBLE)
 def test_joints_rest_in_double_double(
     case: str, e: float, stop: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,3 +176,24 @@ def test_links_that_rest_do_not_move(monkeypatch: pytest.MonkeyPatch) -> None:
     found = motion(text, 1.0, whole=True, patch=monkeypatch)
     assert np.all(found["q/a"] >= 0.2 - 1e-15)
     assert np.all(found["q/a"][-2:, 0] == 0.2) and np.all(found["v/a"][-2:, 0] == 0.0)
+
+
+def test_impacts_that_set_other_than_own_velocities_are_written_out() -> None:
+    sets = '"a_dot[i]": "a_dot[i] - 1.5*bob[i].vx/(l[i]*cos(a[i]))"'
+    text = (HEAD + CHAIN + wall("bob[i].x - 0.2", sets)).format(count=12, start="0.3", speed="0")
+    spec = read_spec(text, "system.yaml")
+    assert systems.any_family_system(spec) is None
+    assert "by those of particles" in systems.reason(spec)[0]
+
+
+def test_a_bob_rests_at_a_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No bob of many goes through it, and the one that has hit it stays there, on a line."""
+    form, _, _ = CASES["a wall"]
+    text = form.format(count=40, start=0.4, speed=-1, e=0)
+    found = motion(text, 0.8, whole=True, patch=monkeypatch)
+    a, lengths, numbers = found["q/a"], 1.0 + np.arange(40) / 9.0, np.arange(40)
+    heights = np.cumsum(lengths * np.sin(a), axis=1) - 0.2 * (1 + numbers)
+    assert np.all(heights >= -1e-11)
+    (hit,) = found["events/hit/i"]
+    after = found["t"] > found["events/hit/t"][0]
+    assert np.count_nonzero(after) > 3 and np.all(np.abs(heights[after][:, hit]) <= 1e-11)

@@ -46,10 +46,11 @@ class ArticulatedJet(CorrectedJet):
         roots = [one for one in forces if one not in fixed]
         totals = needed(roots, self.slots, [*fixed, *given])
         inside = {slot.array for one in totals for t in one.terms for _, slot in self.slots.inside(t.node)}
+        held = self.held if balance.touch is None else self.held | balance.touch.reaching.components
         self.followed = [
             (c, nodes[c], rates[c])
             for c in balance.axes
-            if {nodes[c], rates[c]} & (inside - {None}) or c in self.held
+            if {nodes[c], rates[c]} & (inside - {None}) or c in held
         ]
         """Nodes whose places or velocities forces depend on, or constraints."""
         for _, *both in self.followed:
@@ -119,7 +120,7 @@ class ArticulatedJet(CorrectedJet):
         if balance.touch is not None:
             self.good += self.pressing.press(evaluation, first=first)
             if self.followed and self.sweeps is not None:
-                self.pressing.move_nodes(evaluation, self.sweeps)
+                self.pressing.move_nodes(evaluation)
             self.keep(balance.touch.multipliers, k)
         self.evaluate(k, correcting=True)
         self.advance(evaluation, k, balance.final)

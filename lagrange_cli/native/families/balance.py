@@ -210,6 +210,10 @@ def local_of(kind: JointKind, touch: JointContacts | None = None) -> Local:
             if slope.symbols & kind.moving:
                 work[b] = work[b] + slope * force
                 unknowns[force] = None
+    if touch is not None:
+        for unknown, term in touch.reaching.of_kind(kind, [*map(simple, joints.moves)]):
+            unknowns[unknown] = None
+            terms.append((term, touch.gained))
     for b, node in enumerate(work):
         if not node.is_zero:
             terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))

@@ -7,11 +7,12 @@ row interchanges in doubles. Numbers of more parts are refined.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.joint_contacts import JointContacts
-from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.linear.lu import factor_general, solve_general
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
@@ -65,24 +66,46 @@ class Pressing:
             evaluation.write([touch.square])
             if not touch.alone:
                 found.append(self._factor(evaluation))
-        for one in (touch.known, touch.right):
-            evaluation.write([one])
-        if touch.alone:
-            assert touch.divided is not None
+        self._write(evaluation, touch.reaching.early, [touch.early], [touch.known])
+        if touch.reaching.any:
+            self._carry(evaluation, touch.ahead)
+        evaluation.write([touch.right])
+        if touch.divided is not None:
             evaluation.write([touch.divided])
         else:
             self._solve(evaluation)
-        for one in (touch.pushed, touch.rates):
-            evaluation.write([one])
+        self._write_newest(evaluation)
+        self._write(evaluation, touch.reaching.whole, [touch.pushed], [touch.rates])
         return found
 
-    def move_nodes(self, evaluation: Evaluation, sweeps: Sweeps) -> None:
+    def move_nodes(self, evaluation: Evaluation) -> None:
         """What contacts add to the accelerations of nodes."""
-        moved = self.touch.moved
-        for one in moved:
-            evaluation.write([one])
-            self.vectors.store(self.vectors.constant(0.0), evaluation.where(one), one.count)
-        sweeps.carry(moved, self.touch.balance.accelerations)
+        self._carry(evaluation, self.touch.moved, self.touch.balance.accelerations)
+
+    def _write(self, evaluation: Evaluation, *several: Sequence[Total]) -> None:
+        """Compute some totals after others."""
+        for some in several:
+            evaluation.write(self.jet.moving(some))
+
+    def _write_newest(self, evaluation: Evaluation) -> None:
+        """What the newest forces add."""
+        reaching = self.touch.reaching
+        self._write(evaluation, *reaching.pulls, reaching.newest, [self.touch.newest])
+
+    def _carry(
+        self, evaluation: Evaluation, steps: Sequence[Total], moved: Sequence[Array | None] = ()
+    ) -> None:
+        """Add steps of nodes up along trees, and to what is ``moved``."""
+        assert self.jet.sweeps is not None
+        self._write(evaluation, steps)
+        self.jet.sweeps.carry(steps, moved or [None] * len(steps))
+
+    def _write_column(self, evaluation: Evaluation) -> None:
+        """dg/dq d N."""
+        self._write_newest(evaluation)
+        if self.touch.reaching.any:
+            self._carry(evaluation, self.touch.swings)
+        evaluation.write([self.touch.column])
 
     def _at(self, place: int) -> Pointer:
         return self.jet.f.place("%work", place, "double")
@@ -111,25 +134,49 @@ class Pressing:
         with f.when(number > 0):
             with f.loop(0, number * number, tested=False) as at:
                 f.store(f.constant(0.0), matrix, at)
-            tables = [self.jet.tables.of_array(one) for one in touch.pairs]
-            square = evaluation.where(touch.square)
-            with f.loop(0, touch.pairs.shape[1], tested=False) as e:
-                row, column = (f.load_integer(order, place_at(f, e + table)) for table in tables)
-                with f.when(row < touch.count), f.when(column < touch.count):
-                    f.store(vectors.high(vectors.load(square, e)), matrix, row * number + column)
+            if touch.reaching.any:
+                self._by_columns(evaluation, number, matrix)
+            else:
+                self._by_entries(evaluation, number, matrix)
             regular.set(f.call(Bit, FACTOR, matrix, number, lanes=1))
         return regular.get()
+
+    def _by_entries(self, evaluation: Evaluation, number: Integer, matrix: Pointer) -> None:
+        """The matrix, where most entries are 0."""
+        f, vectors, touch = self.jet.f, self.vectors, self.touch
+        tables = [self.jet.tables.of_array(one) for one in touch.pairs]
+        square, order = evaluation.where(touch.square), self._at(self.places.order)
+        with f.loop(0, touch.pairs.shape[1], tested=False) as e:
+            row, column = (f.load_integer(order, place_at(f, e + table)) for table in tables)
+            with f.when(row < touch.count), f.when(column < touch.count):
+                f.store(vectors.high(vectors.load(square, e)), matrix, row * number + column)
+
+    def _by_columns(self, evaluation: Evaluation, number: Integer, matrix: Pointer) -> None:
+        """The matrix, by what each force does alone."""
+        f, vectors, touch = self.jet.f, self.vectors, self.touch
+        forces, column = (evaluation.where(one) for one in (touch.multipliers, touch.column))
+        with f.loop(0, number, tested=False) as k:
+            self._clear(forces)
+            vectors.store(vectors.constant(1.0), forces, self._listed(k))
+            self._write_column(evaluation)
+            with f.loop(0, number, tested=False) as i:
+                value = vectors.high(vectors.load(column, self._listed(i)))
+                f.store(value, matrix, i * number + k)
+
+    def _clear(self, forces: Pointer) -> None:
+        with self.jet.f.loop(0, self.touch.count, tested=False) as i:
+            self.vectors.store(self.vectors.constant(0.0), forces, i)
 
     def _solve(self, evaluation: Evaluation) -> None:
         """The forces, which are 0 where contacts do not hold."""
         f, vectors, touch = self.jet.f, self.vectors, self.touch
         forces, right = evaluation.where(touch.multipliers), evaluation.where(touch.right)
-        with f.loop(0, touch.count, tested=False) as i:
-            vectors.store(vectors.constant(0.0), forces, i)
+        self._clear(forces)
         number = self._held()
         with f.when(number > 0):
             self._add_solution(number, right, forces)
             for _ in range(REFINED * (vectors.parts - 1)):
+                self._write_column(evaluation)
                 evaluation.write([touch.left])
                 self._add_solution(number, evaluation.where(touch.left), forces)
 
