@@ -19,7 +19,7 @@ from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.coupled import coupled_impacts
 from lagrange_cli.families.events import SEEDS, Events, random_state
 from lagrange_cli.families.impacts import COUPLED, impacts_of
-from lagrange_cli.families.joint_contacts import impacts_on_joints
+from lagrange_cli.families.joint_contacts import apart, impacts_on_joints
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.families.reflection import EventStates, turned
 from lagrange_cli.families.values import FamilyValues
@@ -134,7 +134,9 @@ def on_joints(
     simple, pairs = simple_in(events, read)
     if len(slowing):
         impacts = impacts_on_joints(builder, events, slowing, found, bound)
-        simple[:] = False  # forces of contact change with all velocities
+        contacts = None if impacts is None else impacts.contacts
+        if isinstance(contacts, Coupled):  # their forces change with velocities of their trees
+            simple &= apart(events, contacts, found, n)
     if bound is not None:
         simple[pushed(events, bound, n)] = False
     keeps = bool(np.all((places >= n) & (places < 2 * n)))

@@ -17,18 +17,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import DENSE, Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Coupled, Impacts
 from lagrange_cli.families.events import SEEDS, Events, random_state
+from lagrange_cli.families.impacts import Finding
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.families.responses import trees_of
 from lagrange_cli.families.slowing import Slowing
 from lagrange_cli.families.values import FamilyValues
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.expression.index_arrays import Places
+
+    Bits = NDArray[np.bool_]
 
 PRESSED = (
     "impacts that reduce the speed and push what constraints of a chain or tree contain",
@@ -70,7 +75,32 @@ def impacts_on_joints(
     forces = Total(Source.TOTAL, count, (Term(domain, force, numbers),))
     signs = Array(Source.MODES, count)
     contacts = Coupled(impacts, bonds, 0, signs, forces, tuple(found.pushes), tuple(found.reaches))
-    return Impacts(impacts, Total(Source.TOTAL, count), contacts)
+    speeds = Total(Source.TOTAL, count)
+    if not any(one.holds for one in found.bounds):
+        speeds = Finding(builder, events, impacts).speeds()
+    return Impacts(impacts, speeds, contacts)
+
+
+def apart(events: Events, contacts: Coupled, joints: Articulation, coordinates: int) -> Bits:
+    """The events that set velocities of trees without contacts but their own, which are at coordinates."""
+    _, trees = trees_of(joints, coordinates)
+    bounds = contacts.bonds.bounds
+    if any(one.holds for one in bounds):
+        return np.zeros(events.count, dtype=bool)
+    pairs = [(one.contacts, one.rows) for one in contacts.pushes]
+    pairs += [(one.numbers, rows) for one in bounds for rows in one.rows]
+    count = int(trees.max()) + 1
+    keys = np.unique(np.concatenate([contacts.events[own] * count + trees[rows] for own, rows in pairs]))
+    owners, touched = np.divmod(keys, count)
+    owner = np.full(count, NONE)
+    owner[touched] = owners
+    several = np.bincount(touched, minlength=len(owner)) > 1
+    acting, places = events.changed
+    speeds = (places >= coordinates) & (places < 2 * coordinates)
+    on = trees[np.where(speeds, places - coordinates, 0)]
+    wrong = ~speeds | several[on] | ((owner[on] != NONE) & (owner[on] != acting))
+    found: Bits = np.bincount(acting, wrong, events.count) == 0
+    return found
 
 
 def refuse_bound(found: Slowing, bound: Bonds) -> None:

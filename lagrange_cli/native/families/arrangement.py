@@ -110,7 +110,7 @@ class Arrangement:
         if isinstance(self.contact, Coupled):
             self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
         self.motion: AlongMotion | None = None
-        self.closure = self.balance = self.sticking = None
+        self.closure = self.balance = self.sticking = self.touch = None
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)
             self.balance = self.closure.balance
@@ -127,7 +127,8 @@ class Arrangement:
             self.lasting.changed[multipliers] = multipliers
             self.sticking = Sticking(system, self.lasting)
         if self.balance is not None and isinstance(self.contact, Coupled):
-            self.balance.touched(JointContacts(system, self.lasting, self.balance))
+            self.touch = JointContacts(system, self.lasting, self.balance)
+            self.balance.add_pushes(self.touch.added)
         self.residuals = None
         if self.closure is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)

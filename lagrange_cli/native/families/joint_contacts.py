@@ -19,15 +19,16 @@ from lagrange_cli.families.arrays import NONE, Array, Domain, Slot, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.contacts import Coupled, Push
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.corrected import Local, in_series
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.node_arrays import array
+from lagrange_cli.native.families.pushed_joints import PushedJoints
 from lagrange_cli.native.families.reaching import Reaching
 from lagrange_cli.native.families.restraint import Bonded
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
-    from lagrange_cli.native.families.balance import Balance
 
 
 class JointContacts(Bonded):
@@ -52,7 +53,7 @@ class JointContacts(Bonded):
         places of nodes are in them."""
         self.square = self.total(self.pairs.shape[1], terms)
         """These entries."""
-        self.reaching = Reaching(self)
+        self.reaching = Reaching(self, balance, self.contact.reaches)
         self.early = self.total(
             self.size, [*self.sum_of(self.gained), *self.reaching.pushed(self.reaching.early)]
         )
@@ -79,8 +80,14 @@ class JointContacts(Bonded):
         """a."""
         self.moved = [self.moved_by(self.pushed, c, self.jolts[c]) for c in balance.axes]
         """What u adds to accelerations of nodes beside their parents."""
-        self.series = [self._local_of_bound(b, one) for b, one in enumerate(self.bounds)]
-        self.series += [self._local_of_push(p, one) for p, one in enumerate(self.pushes)]
+
+    @property
+    def added(self) -> PushedJoints:
+        """What contacts add to accelerations."""
+        series = [self._local_of_bound(b, one) for b, one in enumerate(self.bounds)]
+        series += [self._local_of_push(p, one) for p, one in enumerate(self.pushes)]
+        pushed, of_kind = self.pushed, self.reaching.of_kind
+        return PushedJoints(pushed, self.rates, self.gained, self.jolts, series, of_kind)
 
     def bonds_of(self, system: FamilySystem) -> Bonds:
         return self.contact.bonds

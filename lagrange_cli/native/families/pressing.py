@@ -8,19 +8,17 @@ row interchanges in doubles. Numbers of more parts are refined.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.joint_contacts import JointContacts
+from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.linear.lu import factor_general, solve_general
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.records import dataclass
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.families.articulated import ArticulatedJet
 
 FACTOR, SOLVE = "factor_general", "solve_general"
 """The functions of ``linear.lu``."""
@@ -50,8 +48,9 @@ def eliminations(text: str) -> str:
 class Pressing:
     """The forces of contacts in a ``jet``."""
 
-    def __init__(self, jet: ArticulatedJet, touch: JointContacts) -> None:
+    def __init__(self, jet: CorrectedJet, touch: JointContacts) -> None:
         self.jet, self.touch, self.vectors = jet, touch, jet.vectors
+        self.sweeps: Sweeps | None = None
         count, taken = touch.count, jet.take
         self.regular: Bit | None = None
         if not touch.alone:
@@ -96,9 +95,9 @@ class Pressing:
         self, evaluation: Evaluation, steps: Sequence[Total], moved: Sequence[Array | None] = ()
     ) -> None:
         """Add steps of nodes up along trees, and to what is ``moved``."""
-        assert self.jet.sweeps is not None
+        assert self.sweeps is not None
         self._write(evaluation, steps)
-        self.jet.sweeps.carry(steps, moved or [None] * len(steps))
+        self.sweeps.carry(steps, moved or [None] * len(steps))
 
     def _write_column(self, evaluation: Evaluation) -> None:
         """dg/dq d N."""

@@ -11,22 +11,24 @@ where f does not move: a product of series for each joint, and one for each cont
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Term, Total
+from lagrange_cli.families.contacts import Reach
+from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.kinds import JointKind
 from lagrange_cli.native.families.node_arrays import array
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.families.joint_contacts import JointContacts
+from lagrange_cli.native.families.restraint import Bonded
 
 
 class Reaching:
     """What contacts that ``touch`` have of places of nodes."""
 
-    def __init__(self, touch: JointContacts) -> None:
-        self.touch, self.balance, self.slots = touch, touch.balance, touch.slots
+    def __init__(self, touch: Bonded, balance: Balance, reaches: Sequence[Reach]) -> None:
+        self.touch, self.balance, self.slots = touch, balance, touch.slots
+        self.reaches = reaches
         self.columns = [[array(one.domain.count) for _ in one.holds] for one in touch.bounds]
         """s."""
         self.rests = [[array(one.domain.count) for _ in one.holds] for one in touch.bounds]
@@ -38,8 +40,7 @@ class Reaching:
         """What is newest in it."""
         self.early, self.newest = ([*self._sums(one)] for one in (self.rests, self.pulls))
         """X along each axis, without the newest N and of this alone."""
-        both = zip(self.early, self.newest)
-        self.whole = [touch.total(touch.size, touch.sum_of(*one)) for one in both]
+        self.whole = [self._sum(*one) for one in zip(self.early, self.newest)]
 
     @property
     def any(self) -> bool:
@@ -70,14 +71,22 @@ class Reaching:
     def _pull(self, b: int, h: int) -> Term:
         bound = self.touch.bounds[b]
         multiplier = self.slots.symbol(bound.domain, self.touch.multipliers, bound.numbers)
-        every = self.touch.every(bound.domain)
-        return Term(bound.domain, self.touch.own(bound.domain, self.columns[b][h]) * multiplier, every)
+        every = np.arange(bound.domain.count)
+        return Term(
+            bound.domain, self.slots.symbol(bound.domain, self.columns[b][h], every) * multiplier, every
+        )
+
+    def _sum(self, *arrays: Array) -> Total:
+        """The sum of arrays of all coordinates."""
+        domain, every = self.touch.system.everyone, np.arange(self.touch.size)
+        node = self.touch.graph.sum([(self.slots.symbol(domain, one, every), 1.0) for one in arrays])
+        return self.touch.total(self.touch.size, [Term(domain, node, every)])
 
     def _sums(self, pulls: Sequence[Sequence[Array]]) -> Iterator[Total]:
         touch = self.touch
         for c in self.balance.axes:
             terms = []
-            for one in touch.contact.reaches:
+            for one in self.reaches:
                 if touch.bounds[one.bound].holds[one.hold].component == c:
                     pull = self.slots.symbol(one.domain, pulls[one.bound][one.hold], one.members)
                     terms.append(Term(one.domain, one.node * pull, one.rows))

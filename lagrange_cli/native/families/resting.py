@@ -37,10 +37,11 @@ class AtRest(Preparation):
         kind = InConstants if self.kind.parts > 1 else self.kind
         given = replace(self.setting(RATES), system=self.sampled, kind=kind), AT_A_STATE
         if isinstance(self.resting, Closure):
-            jet: ArticulatedJet = ClosedJet(self.resting, self.tabled, *given)
+            touch = self.touch if self.resting.balance.touched else None
+            jet: ArticulatedJet = ClosedJet(self.resting, self.tabled, *given, touch)
         else:
             assert self.resting is not None
-            jet = ArticulatedJet(self.resting, *given)
+            jet = ArticulatedJet(self.resting, *given, self.touch if self.resting.touched else None)
         return jet, jet.write()
 
     def jet_at_a_state(self) -> str:
