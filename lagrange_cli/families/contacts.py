@@ -80,6 +80,8 @@ class Coupled:
     multipliers: Total
     pushes: tuple[Push, ...] = ()
     reaches: tuple[Reach, ...] = ()
+    separate: bool = False
+    """Whether no contact pushes what another one is at."""
 
     @property
     def count(self) -> int:

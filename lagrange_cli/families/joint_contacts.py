@@ -68,13 +68,14 @@ def impacts_on_joints(
     multipliers = Total(Source.TOTAL, count)
     names = [f"contact {number}" for number in impacts.tolist()]
     bonds = Bonds(tuple(found.bounds), names, multipliers, 0)
-    if count > DENSE and not separate(found):
+    alone = separate(found)
+    if count > DENSE and not alone:
         raise Unsuited
     domain, numbers = Domain(count), np.arange(count)
     force = builder.slots.symbol(domain, multipliers, numbers)
     forces = Total(Source.TOTAL, count, (Term(domain, force, numbers),))
     signs = Array(Source.MODES, count)
-    contacts = Coupled(impacts, bonds, 0, signs, forces, tuple(found.pushes), tuple(found.reaches))
+    contacts = Coupled(impacts, bonds, 0, signs, forces, tuple(found.pushes), tuple(found.reaches), alone)
     speeds = Total(Source.TOTAL, count)
     if not any(one.holds for one in found.bounds):
         speeds = Finding(builder, events, impacts).speeds()
