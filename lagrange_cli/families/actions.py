@@ -31,6 +31,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.expression.index_arrays import Places
 
+LONG = (
+    "events that act on chains and trees with constraints and very many joints in a row",
+    "let them record or stop only, or give each link coordinates of its own",
+    "events",
+)
+"""What members are written out for, how to do without, and the section of the file that has it."""
+MOST = 2**18
+"""Entries of the mass matrix on the diagonal and below, as of 700 links, that are still computed."""
 AFFECTED = 16
 """So many events, on the average, have arguments that each simple action changes, at most."""
 
@@ -138,7 +146,8 @@ def on_joints(
         if isinstance(contacts, Coupled):  # their forces change with velocities of their trees
             simple &= apart(events, contacts, found, n)
     if bound is not None:
-        simple[pushed(events, bound, n)] = False
+        refuse_long(found)
+        simple[pushed(events, bound, n, found)] = False
     keeps = bool(np.all((places >= n) & (places < 2 * n)))
     if keeps and bound is not None:
         lossless &= EventStates(builder, events).reversed()
@@ -147,7 +156,13 @@ def on_joints(
     return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
 
 
-def pushed(events: Events, bound: Bonds, n: int) -> Places:
+def refuse_long(found: Articulation) -> None:
+    """Raise ``Unsuited`` where the matrix that impulses of constraints follow from has very many entries."""
+    if len(found.movers(np.arange(found.count))[0]) > MOST:
+        raise Unsuited(*LONG)
+
+
+def pushed(events: Events, bound: Bonds, n: int, joints: Articulation | None = None) -> Places:
     """The events after which constraints have impulses: those that set more than velocities which no
     constraint contains."""
     acting, places = events.changed
@@ -155,6 +170,9 @@ def pushed(events: Events, bound: Bonds, n: int) -> Places:
     for one in bound.bounds:
         for rows in one.rows:
             free[rows] = False
+        for hold in one.holds:
+            if joints is not None:
+                free[joints.movers(hold.places)[1]] = False
     speeds = (places >= n) & (places < 2 * n)
     found: Places = acting[~speeds | ~free[np.where(speeds, places - n, 0)]]
     return found

@@ -124,7 +124,7 @@ class Slowing:
         """What follows from slopes by places of nodes."""
         for b, bound in enumerate(self.bounds):
             for h, hold in enumerate(bound.holds):
-                members, rows = self._moving(hold.places)
+                members, rows = self.joints.movers(hold.places)
                 for value in self.values:
                     yield from self._reaches_by(b, h, bound, members, rows, value)
 
@@ -160,26 +160,6 @@ class Slowing:
             node = placed(self.slots, node, domain, mine)
             yield Reach(domain, node, b, h, members[which], rows[which])
 
-    def _moving(self, places: Places) -> tuple[Places, Places]:
-        """The members that have nodes at these places, and the coordinates that move these: all pairs."""
-        kinds = [one for one in self.joints.joints if one.nodes is not None]
-        nodes = np.concatenate([one.nodes for one in kinds for _ in one.rows if one.nodes is not None])
-        rows = np.concatenate([rows for one in kinds for rows in one.rows])
-        order = np.argsort(nodes, kind="stable")
-        nodes, rows = nodes[order], rows[order]
-        members, found = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-        here, at = np.arange(len(places)), places
-        while len(here):
-            left, right = (np.searchsorted(nodes, at, side) for side in ("left", "right"))
-            counts = right - left
-            which = np.repeat(np.arange(len(here)), counts)
-            within = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
-            members.append(here[which])
-            found.append(rows[left[which] + within])
-            at = self.joints.parents[at]
-            here, at = here[at != NONE], at[at != NONE]
-        return np.concatenate(members), np.concatenate(found)
-
     # at a state
 
     def pushing(self, state: FamilyValues) -> tuple[Bits, Bits]:
@@ -192,7 +172,7 @@ class Slowing:
                 keys.append(bound.numbers * n + rows)
                 gradient.append(np.broadcast_to(state.node(slope), len(rows)))
             for hold in bound.holds:
-                members, rows = self._moving(hold.places)
+                members, rows = self.joints.movers(hold.places)
                 keys.append(bound.numbers[members] * n + rows)
                 own = np.broadcast_to(state.node(hold.slope), bound.domain.count)
                 gradient.append(own[members] * slopes[hold.component][rows])
