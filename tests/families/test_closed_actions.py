@@ -3,6 +3,8 @@ matrix beside T, and conservation."""
 
 from __future__ import annotations
 
+import random
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.methods import impulses
 from lagrange_cli.native.families.matrix_of_constraints import MatrixOfConstraints
 from lagrange_cli.spec.read import read_spec
+from tests.families.test_bodies import drawn
 from tests.families.test_closed_chains import chain
 from tests.families.test_locked import CART, CHAIN, HEAD, SPACE, TREE
 from tests.support.families import alike, followed
@@ -59,42 +62,48 @@ def test_constraints_have_impulses_as_written_out(
     alike(motion.data, expected.data, 2.0**-32)
 
 
-LINKED = {
-    "a chain": (CHAIN, "bob[N - 1].x + bob[N - 2].y*a[0]"),
-    "a tree": (TREE, "bob[N - 1].x + bob[N - 2].y**2"),
-    "a chain in space": (SPACE, "bob[N - 1].x*bob[N - 2].z"),
-    "a chain on a cart": (CART, "bob[N - 1].y - x*a[1]"),
+TIES = {
+    "a chain": "bob[N - 1].x + bob[N - 2].y*a[0]",
+    "a tree": "bob[N - 1].x + bob[N - 2].y**2",
+    "a chain in space": "bob[N - 1].x*bob[N - 2].z",
+    "a chain on a cart": "bob[N - 1].y - x*a[1]",
+    "hinged rods": "body[N - 1].y - 0.1*body[N - 2].z",
+    "gyroscopes on a chain": "body[N - 1].y + c[0]",
+    "rods on ball joints": "body[N - 1].x*body[0].y",
 }
+CHAINS = {"a chain": CHAIN, "a tree": TREE, "a chain in space": SPACE, "a chain on a cart": CART}
 
 
 @pytest.mark.parametrize("count", [3, 8, 9])
-@pytest.mark.parametrize("case", LINKED)
+@pytest.mark.parametrize("case", TIES)
 def test_the_matrix_of_impulses_is_that_of_the_energy(
     case: str, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """M is d2T/dq_dot2, and A is df/dq, by differences that are exact for squares, and by small ones."""
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
-    form, constraint = LINKED[case]
-    text = (HEAD + form).format(count=count, start="0.3", speed="1")
-    system = systems.made(read_spec(f'{text}constraints: {{tie: "{constraint}"}}\n', "system.yaml"))
+    if case in CHAINS:
+        text = (HEAD + CHAINS[case]).format(count=count, start="0.3", speed="1")
+    else:
+        text = drawn(random.Random(4), case, count)
+    system = systems.made(read_spec(f'{text}\nconstraints: {{tie: "{TIES[case]}"}}\n', "system.yaml"))
     t, q, v, parameters = random_state(system, 3)
-    matrix, n = MatrixOfConstraints(system), len(q)
-    found = np.zeros((n + 1, n + 1))
+    assert system.bonds is not None
+    matrix, n, count = MatrixOfConstraints(system), len(q), system.bonds.count
+    found = np.zeros((n + count, n + count))
     places = np.array(matrix.pattern).T
     found[places[0], places[1]] = FamilyValues(system, t, q, v, parameters).of(matrix.entries)
     unit = np.eye(n)
-    states = np.array([*unit, *(unit[i] + unit[j] for i in range(n) for j in range(n))]).T
-    moving = FamilyValues(system, t, np.repeat(q[:, None], n + n * n, axis=1), states, parameters)
-    energies = np.ravel(moving.node(system.kinetic))
-    single, both = energies[:n], energies[n:].reshape(n, n)
-    expected = both - single[:, None] - single
+    states = np.array([0.0 * unit[0], *unit, *(unit[i] + unit[j] for i in range(n) for j in range(n))]).T
+    moving = FamilyValues(system, t, np.repeat(q[:, None], states.shape[1], axis=1), states, parameters)
+    rest, *energies = np.ravel(moving.node(system.kinetic))
+    single, both = np.array(energies[:n]), np.array(energies[n:]).reshape(n, n)
+    expected = both - single[:, None] - single + rest
     assert np.allclose(found[:n, :n], expected, rtol=0.0, atol=1e-12 * np.max(both))
-    assert system.bonds is not None
     above, below = (
-        FamilyValues(system, t, q[:, None] + step * unit, 0.0 * unit, parameters).of(system.bonds.values)[0]
+        FamilyValues(system, t, q[:, None] + step * unit, 0.0 * unit, parameters).of(system.bonds.values)
         for step in (1e-6, -1e-6)
     )
-    assert np.allclose(-found[n, :n], (above - below) / 2e-6, rtol=0.0, atol=1e-7)
+    assert np.allclose(-found[n:, :n], (above - below) / 2e-6, rtol=0.0, atol=1e-7)
     assert np.array_equal(found, found.T)
 
 
