@@ -135,7 +135,7 @@ def sizes_of(builder: FamilyBuilder, arguments: Total) -> Total:
     graph, slots = builder.graph, builder.slots
 
     def own_size(node: Node, domain: Domain) -> Node:
-        return size_of(slots.graph, node)
+        return size_of(slots.graph, node, slots.symbols_of(builder.whole))
 
     def own_rate(node: Node, domain: Domain) -> Node:
         parts = [graph.diff(node, builder.time)]
