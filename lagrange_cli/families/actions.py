@@ -19,6 +19,7 @@ from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.coupled import coupled_impacts
 from lagrange_cli.families.events import SEEDS, Events, random_state
 from lagrange_cli.families.impacts import COUPLED, impacts_of
+from lagrange_cli.families.joint_contacts import apart, impacts_on_joints
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.families.reflection import EventStates, turned
 from lagrange_cli.families.values import FamilyValues
@@ -30,12 +31,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.expression.index_arrays import Places
 
-SLOWED = (
-    "impacts on chains and trees that reduce the speed",
-    "let them reflect without loss, or give each link coordinates of its own",
+LONG = (
+    "events that act on chains and trees with constraints and very many joints in a row",
+    "let them record or stop only, or give each link coordinates of its own",
     "events",
 )
 """What members are written out for, how to do without, and the section of the file that has it."""
+MOST = 2**18
+"""Entries of the mass matrix on the diagonal and below, as of 700 links, that are still computed."""
 AFFECTED = 16
 """So many events, on the average, have arguments that each simple action changes, at most."""
 
@@ -119,33 +122,47 @@ def on_joints(
 ) -> Events:
     """The same on chains and trees, of this T.
 
-    Raises ``Unsuited`` for actions that change masses, and for impacts that reduce the speed.
+    Raises ``Unsuited`` for actions that change masses, and for contacts that are not followed here.
     """
     if not events.changed.size:
         return events
     n, (acting, places) = builder.q.count, events.changed
     refuse_masses(builder, events, weights_on(found))
     read = Reading(builder, events.arguments)
-    impacts = np.zeros(events.count, dtype=bool)
-    impacts[acting] = True
-    impacts[acting[(places < n) | (places >= 2 * n)]] = False
-    impacts[read.readers[(read.places >= n) & (read.places < 2 * n)]] = False
+    impact = np.zeros(events.count, dtype=bool)
+    impact[acting] = True
+    impact[acting[(places < n) | (places >= 2 * n)]] = False
+    impact[read.readers[(read.places >= n) & (read.places < 2 * n)]] = False
     if np.any(read.wide[n : 2 * n]):
-        impacts[read.adding] = False
+        impact[read.adding] = False
+    touched = read.adding.copy()
+    touched[read.readers[read.places < n]] = True
     reflected, lossless = turned(builder, events, kinetic)
-    if np.any(impacts & ~reflected):
-        raise Unsuited(*SLOWED)
+    slowing, impacts = np.flatnonzero(impact & touched & ~reflected), None
     simple, pairs = simple_in(events, read)
+    if len(slowing):
+        impacts = impacts_on_joints(builder, events, slowing, found, bound)
+        contacts = None if impacts is None else impacts.contacts
+        if isinstance(contacts, Coupled):  # their forces change with velocities of their trees
+            simple &= apart(events, contacts, found, n)
     if bound is not None:
-        simple[pushed(events, bound, n)] = False
+        refuse_long(found)
+        simple[pushed(events, bound, n, found)] = False
     keeps = bool(np.all((places >= n) & (places < 2 * n)))
     if keeps and bound is not None:
         lossless &= EventStates(builder, events).reversed()
     keeps = keeps and bool(lossless.all())
-    return replace(events, simple=simple, affected=affected_by(simple, pairs), keeps_energy=keeps)
+    affected = affected_by(simple, pairs)
+    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
 
 
-def pushed(events: Events, bound: Bonds, n: int) -> Places:
+def refuse_long(found: Articulation) -> None:
+    """Raise ``Unsuited`` where the matrix that impulses of constraints follow from has very many entries."""
+    if len(found.movers(np.arange(found.count))[0]) > MOST:
+        raise Unsuited(*LONG)
+
+
+def pushed(events: Events, bound: Bonds, n: int, joints: Articulation | None = None) -> Places:
     """The events after which constraints have impulses: those that set more than velocities which no
     constraint contains."""
     acting, places = events.changed
@@ -153,6 +170,9 @@ def pushed(events: Events, bound: Bonds, n: int) -> Places:
     for one in bound.bounds:
         for rows in one.rows:
             free[rows] = False
+        for hold in one.holds:
+            if joints is not None:
+                free[joints.movers(hold.places)[1]] = False
     speeds = (places >= n) & (places < 2 * n)
     found: Places = acting[~speeds | ~free[np.where(speeds, places - n, 0)]]
     return found

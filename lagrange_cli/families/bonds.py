@@ -249,7 +249,7 @@ def bounds_of(
     graph, slots = builder.graph, builder.slots
     chains = () if joints is None else (*joints.nodes, *joints.rates)
     inside = [(s, slot) for s, slot in slots.inside(value) if slot.array not in chains]
-    sums = [(s, slot) for s, slot in inside if isinstance(slot.array, Total)]
+    sums = [(s, slot) for s, slot in inside if isinstance(slot.array, Total) and moves(builder, slot.array)]
     for s, slot in sums:
         factor, total = graph.diff(value, s), slot.array
         if factor.kind is not Kind.NUMBER or isinstance(total, Chain) or not isinstance(total, Total):
@@ -291,7 +291,8 @@ def bound_of(
     )
     known = builder.q, builder.given, builder.whole, *nodes
     moving = () if holonomic else (builder.v, *rates)
-    if any(slot.array not in (*known, *moving) for _, slot in slots.inside(node)):
+    others = [slot.array for _, slot in slots.inside(node) if slot.array not in (*known, *moving)]
+    if any(not isinstance(one, Total) or moves(builder, one) for one in others):
         raise Unsuited
     still = not (node.symbols & builder.time.symbols or slots.moving(node, {builder.q, *nodes}))
     if not inside and not holds and (whole or not still):
@@ -303,3 +304,10 @@ def bound_of(
         raise Unsuited  # not linear in the velocities
     speed = builder.rate(node, domain) if holonomic else node
     return Bound(domain, node, numbers, rows, symbols, slopes, speed, whole, holds, holonomic)
+
+
+def moves(builder: FamilyBuilder, total: Total) -> bool:
+    """Whether sums depend on the motion, or on t."""
+    moving = builder.time.symbols | builder.slots.symbols_of(builder.q, builder.v)
+    nodes = builder.slots.made_of([one.node for one in total.terms])
+    return any(one.symbols & moving for one in nodes)

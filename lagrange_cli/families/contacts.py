@@ -9,6 +9,8 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+    from lagrange_cli.expression.node import Node
+    from lagrange_cli.families.arrays import Domain
     from lagrange_cli.families.bonds import Bonds
 
 
@@ -39,16 +41,47 @@ class Contacts:
 
 
 @dataclass(frozen=True, eq=False)
+class Push:
+    """What the members of a ``domain`` have of the directions of slow impacts: ``node`` for each one's
+    contact, along the coordinates at these ``rows``."""
+
+    domain: Domain
+    node: Node
+    contacts: Places
+    rows: Places
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What the members of a ``domain`` have of them along the coordinates at these ``rows``, where contacts
+    depend on places of nodes that these move: ``node``, times dx/dq of the coordinate's own joint, times
+    dg/dx. This is that of a contact's place number ``hold``: of the ``members`` of the bound of this number
+    (see ``bonds``)."""
+
+    domain: Domain
+    node: Node
+    bound: int
+    hold: int
+    members: Places
+    rows: Places
+
+
+@dataclass(frozen=True, eq=False)
 class Coupled:
     """Resting contact at the ``events`` of these numbers whose forces depend on one another, and on those of
     constraints: all are the ``bonds``, so many ``fixed`` ones first. ``signs`` has the modes of contacts, and
-    ``multipliers`` their forces, which are the last of all multipliers."""
+    ``multipliers`` their forces, which are the last of all multipliers. On chains and trees, contacts change
+    accelerations by their ``pushes`` and ``reaches`` (see ``families.joint_contacts``)."""
 
     events: Places
     bonds: Bonds
     fixed: int
     signs: Array
     multipliers: Total
+    pushes: tuple[Push, ...] = ()
+    reaches: tuple[Reach, ...] = ()
+    separate: bool = False
+    """Whether no contact pushes what another one is at."""
 
     @property
     def count(self) -> int:

@@ -145,7 +145,8 @@ class FamilySystem:
     @property
     def coupled(self) -> Coupled | None:
         """The same, where its forces depend on one another."""
-        return self.contacts if isinstance(self.contacts, Coupled) else None
+        contacts = self.contacts
+        return contacts if isinstance(contacts, Coupled) and not contacts.separate else None
 
     @property
     def impacts(self) -> Impacts | None:

@@ -32,12 +32,6 @@ if TYPE_CHECKING:
 
     Values = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-CLOSED = (
-    "events that act on chains and trees with constraints",
-    "let them record or stop only, or give each link coordinates of its own",
-    "events",
-)
-"""What members are written out for, how to do without, and the section of the file that has it."""
 SEEDS = 1, 2
 ROUNDED = 1e-10
 """Numbers that differ by less are equal, in terms of what they are made of."""
@@ -71,12 +65,10 @@ class Events:
         return self.arguments.count
 
 
-def events_of(builder: FamilyBuilder, spec: Spec, *, closed: bool) -> Events | None:
-    """The events of the file; None if there are none. On chains and trees with constraints these are
-    ``closed``.
+def events_of(builder: FamilyBuilder, spec: Spec) -> Events | None:
+    """The events of the file; None if there are none.
 
-    Raises ``Unsuited`` for events whose arguments may jump or hide their zeros, and for actions on chains and
-    trees that are closed.
+    Raises ``Unsuited`` for events whose arguments may jump or hide their zeros.
     """
     if not spec.events:
         return None
@@ -88,8 +80,6 @@ def events_of(builder: FamilyBuilder, spec: Spec, *, closed: bool) -> Events | N
     inner = [one for one in builder.totals if one not in known]
     refuse_others(builder, inner)
     sets = assigned_by(spec)
-    if len(sets.events) and closed:
-        raise Unsuited(*CLOSED)
     values, changed = built(builder, sets.values), np.stack([sets.events, sets.places])
     found = Events(
         *directions_of(spec), arguments, sizes_of(builder, arguments), values, changed,
@@ -145,7 +135,7 @@ def sizes_of(builder: FamilyBuilder, arguments: Total) -> Total:
     graph, slots = builder.graph, builder.slots
 
     def own_size(node: Node, domain: Domain) -> Node:
-        return size_of(slots.graph, node)
+        return size_of(slots.graph, node, slots.symbols_of(builder.whole))
 
     def own_rate(node: Node, domain: Domain) -> Node:
         parts = [graph.diff(node, builder.time)]

@@ -18,7 +18,7 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total, placed, total_of
+from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Contacts, Impacts
 from lagrange_cli.families.events import Events
@@ -89,7 +89,9 @@ class Finding:
         self.order[resting] = np.arange(len(resting))
         """The contact of each event."""
         listed = [
-            one for term in events.arguments.terms if (one := self._own(term, self.order[term.targets]))
+            one
+            for term in events.arguments.terms
+            if (one := part_of(self.slots, term, self.order[term.targets]))
         ]
         self.arguments = listed
         """Their arguments, at the numbers of contacts."""
@@ -104,16 +106,6 @@ class Finding:
         self._contact, self._coordinate = self.order[events.changed[0]], events.changed[1] - self.degrees
         self._refuse_switches()
 
-    def _own(self, term: Term, contacts: Places) -> Term | None:
-        """What a term has of members with contacts, at these."""
-        members = np.flatnonzero(contacts >= 0)
-        if not len(members):
-            return None
-        if len(members) == term.domain.count:
-            return replace(term, targets=contacts)
-        domain = Domain(len(members))
-        return Term(domain, placed(self.slots, term.node, domain, members), contacts[members])
-
     def _refuse_switches(self) -> None:
         nodes = [one.node for one in (*self.arguments, *self._values)]
         if any(one.kind is Kind.SWITCH for one in reachable(nodes)):
@@ -127,7 +119,7 @@ class Finding:
         found = []
         for term in self.events.values.terms:
             contacts = self._contact[term.targets]
-            own = self._own(term, np.where(contacts >= 0, term.targets, NONE))
+            own = part_of(self.slots, term, np.where(contacts >= 0, term.targets, NONE))
             found += [own] if own else []
         return found
 
@@ -260,3 +252,15 @@ class Finding:
                 raise Unsuited(*COUPLED)
             others[both[1]] = both[0]
         return others
+
+
+def part_of(slots: Slots, term: Term, places: Places) -> Term | None:
+    """What a term has of those members that have other ``places``, there; those that have none have
+    ``NONE``."""
+    members = np.flatnonzero(places >= 0)
+    if not len(members):
+        return None
+    if len(members) == term.domain.count:
+        return replace(term, targets=places)
+    domain = Domain(len(members))
+    return Term(domain, placed(slots, term.node, domain, members), places[members])

@@ -70,6 +70,28 @@ class Articulation:
         """How many nodes there are."""
         return len(self.parents)
 
+    def movers(self, places: Places) -> tuple[Places, Places]:
+        """The members that have nodes at these ``places``, if there are such nodes, and the coordinates that
+        move these: all pairs."""
+        kinds = [(one.nodes, rows) for one in self.joints if one.nodes is not None for rows in one.rows]
+        empty = np.zeros(0, dtype=np.int64)
+        nodes, rows = (np.concatenate([empty, *some]) for some in zip(*kinds)) if kinds else (empty, empty)
+        order = np.argsort(nodes, kind="stable")
+        nodes, rows = nodes[order], rows[order]
+        members, found, here, at = [empty], [empty], np.arange(len(places)), places
+        while True:
+            which = (at >= 0) & (at < self.count)
+            here, at = here[which], at[which]
+            if not len(here):
+                return np.concatenate(members), np.concatenate(found)
+            left, right = (np.searchsorted(nodes, at, side) for side in ("left", "right"))
+            counts = right - left
+            each = np.repeat(np.arange(len(here)), counts)
+            within = np.arange(len(each)) - np.repeat(np.cumsum(counts) - counts, counts)
+            members.append(here[each])
+            found.append(rows[left[each] + within])
+            at = self.parents[at]
+
 
 @dataclass(frozen=True, eq=False)
 class Part:

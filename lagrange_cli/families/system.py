@@ -248,7 +248,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     observables = dict(observed(builder, spec))
     bound = parts["bonds"]
     joints = parts.get("joints")
-    events = events_of(builder, spec, closed=joints is not None and joints.count > 0 and bound is not None)
+    events = events_of(builder, spec)
     if events is not None and joints is not None:
         parts["events"] = on_joints(builder, events, joints, parts["kinetic"], bound=bound)
     elif events is not None:

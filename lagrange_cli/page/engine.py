@@ -22,7 +22,7 @@ from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.native.compilation.webassembly import compile_webassembly
 from lagrange_cli.native.families.pages import write_deriving, write_placing
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import INFO, Role
+from lagrange_cli.native.guards import INFO, LOOSE, SIMPLE, Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.observation import write_map, write_prepare, write_values
@@ -185,9 +185,10 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
         "times": rows.times(inner).start,
         "seriesAt": list(program.series_at),
         "events": [
-            {"name": name, "rest": next(rests) if one[2] >= 0 else -1}
+            {"name": name, "rest": next(rests) if one[2] not in (SIMPLE, LOOSE) else -1}
             for name, one in zip(spec.events, program.events)
         ],
         "changed": [list(one) for one in program.changed],
+        "masses": len(program.masses),
         "setsParameters": any(place >= motion for _, place in program.changed),
     }

@@ -7,7 +7,6 @@ import pytest
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.methods import impulses
-from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import keep_families
 from tests.families.test_locked import CHAIN, HEAD, SPACE, TREE
 from tests.families.test_switches import OUTPUTS, compare, followed, ready
@@ -149,9 +148,3 @@ def test_a_chain_goes_back_on_its_way_from_a_wall(monkeypatch: pytest.MonkeyPatc
     found = followed(ready_made, text, 2.0 * hit)
     assert np.allclose(found["q/a"][-1], found["q/a"][0], rtol=0.0, atol=1e-10)
     assert np.allclose(found["v/a"][-1], -found["v/a"][0], rtol=0.0, atol=1e-9)
-
-
-def test_impacts_on_chains_that_reduce_the_speed_are_written_out() -> None:
-    spec = read_spec(chain("stops of joints", 12).replace('"-a_dot[i]"', '"-0.5*a_dot[i]"'), "system.yaml")
-    assert systems.any_family_system(spec) is None
-    assert "reduce the speed" in systems.reason(spec)[0]

@@ -261,3 +261,24 @@ def test_steps_on_rates_return_to_the_constraints(
     motion = run(prepare_system(spec, derive_system, None, asked), resolve_values(spec, {}), 0.0, 60.0, 5)
     assert motion.outcome.projections > 100
     assert np.allclose(motion["q/x"] ** 2 + motion["q/y"] ** 2, 1.0, rtol=0.0, atol=off)
+
+
+@pytest.mark.parametrize("when", ["x[i] - 0.2*(-1)**i", "x[i] - 0.2*(-1.5)**i", "x[i]**(i + 1) - 0.05"])
+def test_powers_of_negative_numbers_by_indices(when: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They have no slope by their exponents: rounding errors were no numbers, and events at the start."""
+    text = f"""
+sizes: {{N: 9}}
+coordinates: {{"x[i in range(N)]": {{initial: "0.5*sin(2 + i)", velocity: "cos(i)"}}}}
+masses: {{"b[i in range(N)]": 1}}
+positions: {{"b[i in range(N)]": "x[i]"}}
+potential: "sum(x[i]**2 for i in range(N))"
+events: {{"hit[i in range(N)]": {{when: "{when}", action: {{set: {{"x_dot[i]": "-x_dot[i]"}}}}}}}}
+"""
+    found = []
+    for whole in (True, False):
+        keep_families(monkeypatch, whole=whole)
+        found.append(followed(ready(text), text))
+    assert found[0].keys() == found[1].keys()
+    for path, values in found[1].items():
+        assert found[0][path].shape == values.shape
+        assert np.max(np.abs(found[0][path] - values), initial=0.0) <= 2.0**-41, path

@@ -23,6 +23,8 @@ from lagrange_cli.run.view import content as shown_content
 from lagrange_cli.run.view import page as shown_page
 from lagrange_cli.run.view.motion import ViewedMotion, read_shown, watched
 from lagrange_cli.run.view.page import Page, view
+from tests.families.test_joint_contacts import STOP
+from tests.families.test_locked import CHAIN, HEAD
 from tests.motions.test_shaking_floor import BALLS
 from tests.support.command import SYSTEMS
 from tests.support.v8 import Engine, data_of, unpacked
@@ -254,6 +256,35 @@ def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     expected = assert_same(found, "bouncing_ball", e=0.6)
     assert found["q"] == [0.0]
     assert found["events"] == sum(len(one) for path, one in expected.datasets.items() if path.endswith("/t"))
+
+
+def test_a_chain_of_many_links_rests_at_its_stops_as_in_solve():
+    """Its links are computed in loops, and rest apart from one another."""
+    text = (HEAD + CHAIN + STOP).format(count=13, start=0.25, speed=0, e=0.4)
+    text += "solve: {stop: 0.8}\n"
+    found = Engine(view(read_shown(text.encode(), "chain.yaml", Request())).text).end()
+    expected = lagrange.solve(text, samples=2)
+    assert found["reason"] == "" and found["events"] == len(expected.datasets["events/hit/t"])
+    assert found["q"] == pytest.approx(expected.q["a"][-1], rel=0.0, abs=1e-11)
+    assert 0.2 in found["q"]
+
+
+def test_many_balls_come_to_rest_as_in_solve():
+    """Balls of a family that is computed in loops."""
+    text = """
+sizes: {N: 120}
+coordinates: {"y[i in range(N)]": {initial: "0.01*(1 + i)"}}
+masses: {"ball[i in range(N)]": 1}
+positions: {"ball[i in range(N)]": "y[i]"}
+potential: "sum(9.81*y[i] for i in range(N))"
+events: {"hit[i in range(N)]": {when: "y[i]", direction: falling, action: {set: {"y_dot[i]": "-y_dot[i]/3"}}}}
+solve: {stop: 0.25}
+"""
+    found = Engine(view(read_shown(text.encode(), "balls.yaml", Request())).text).end()
+    expected = lagrange.solve(text, samples=2)
+    assert found["reason"] == ""
+    assert found["q"] == pytest.approx(expected.q["y"][-1], rel=0.0, abs=1e-12)
+    assert found["q"].count(0.0) > 5
 
 
 def test_balls_whose_impacts_are_almost_at_one_time_do_not_fall_through_the_floor():

@@ -19,6 +19,7 @@ from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.contact_restraint import ContactRestraint
 from lagrange_cli.native.families.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.joint_contacts import JointContacts
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.matrix_of_constraints import MatrixOfConstraints
@@ -106,8 +107,10 @@ class Arrangement:
         self.layout = StateLayout(self.degrees, len(self.integrals))
         self.sample_rows = StateLayout(self.degrees, len(self.integrals) - self.silent).rows
         """Rows of a sample, without integrals whose values nobody needs."""
+        if isinstance(self.contact, Coupled):
+            self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
         self.motion: AlongMotion | None = None
-        self.closure = self.balance = self.sticking = None
+        self.closure = self.balance = self.sticking = self.touch = None
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)
             self.balance = self.closure.balance
@@ -116,7 +119,6 @@ class Arrangement:
                 self.lasting.changed[self.modes.locks.left] = self.modes.locks.left
             self.balance = Balance(system, self.lasting.arranged)
         elif isinstance(self.contact, Coupled):
-            self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
             self.motion = ContactRestraint(system, self.lasting)
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
@@ -124,6 +126,9 @@ class Arrangement:
             multipliers = self.modes.sticking.multipliers
             self.lasting.changed[multipliers] = multipliers
             self.sticking = Sticking(system, self.lasting)
+        if self.balance is not None and isinstance(self.contact, Coupled):
+            self.touch = JointContacts(system, self.lasting, self.balance)
+            self.balance.add_pushes(self.touch.added)
         self.residuals = None
         if self.closure is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)

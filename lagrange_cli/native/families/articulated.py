@@ -9,7 +9,9 @@ from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.corrected import CorrectedJet, Local
 from lagrange_cli.native.families.diagonal import regular
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
+from lagrange_cli.native.families.joint_contacts import JointContacts
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.pressing import Pressing
 from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
@@ -20,9 +22,11 @@ from lagrange_cli.native.llvm.vector import Bit, Index
 class ArticulatedJet(CorrectedJet):
     """The jet of a system of joints."""
 
-    def __init__(self, balance: Balance, setting: JetSetting, name: str) -> None:
+    def __init__(
+        self, balance: Balance, setting: JetSetting, name: str, touch: JointContacts | None = None
+    ) -> None:
         super().__init__(setting, name)
-        self.balance = balance
+        self.balance, self.touch = balance, touch
         self.good: list[Bit] = []
 
     @property
@@ -45,10 +49,11 @@ class ArticulatedJet(CorrectedJet):
         roots = [one for one in forces if one not in fixed]
         totals = needed(roots, self.slots, [*fixed, *given])
         inside = {slot.array for one in totals for t in one.terms for _, slot in self.slots.inside(t.node)}
+        held = self.held if self.touch is None else self.held | self.touch.reaching.components
         self.followed = [
             (c, nodes[c], rates[c])
             for c in balance.axes
-            if {nodes[c], rates[c]} & (inside - {None}) or c in self.held
+            if {nodes[c], rates[c]} & (inside - {None}) or c in held
         ]
         """Nodes whose places or velocities forces depend on, or constraints."""
         for _, *both in self.followed:
@@ -67,9 +72,17 @@ class ArticulatedJet(CorrectedJet):
         if balance.left is not None:
             step = room(balance.left.count)
             self.planes[self.carried[-1]] = self.take((self.order + 1) * step), step
+        touch = self.touch
+        if touch is not None:
+            for array in touch.arrays:
+                self.planes[array] = self.take(room(array.count + 1)), 0
+            self.pressing = Pressing(self, touch)
+            self.place_kept()
         self.arrange_members(series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.vectors, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
+        if touch is not None:
+            self.pressing.sweeps = self.sweeps
         return totals
 
     @property
@@ -109,12 +122,21 @@ class ArticulatedJet(CorrectedJet):
         evaluation.write(self.moving(balance.after))
         if balance.left is not None:
             self.copy(evaluation.where(balance.left), self.at(self.carried[-1], k), balance.left.count)
+        if self.touch is not None:
+            self.good += self.pressing.press(evaluation, first=first)
+            if self.followed and self.sweeps is not None:
+                self.pressing.move_nodes(evaluation)
+            self.keep(self.touch.multipliers, k)
         self.evaluate(k, correcting=True)
-        self.advance(evaluation, k, balance.rates)
+        self.advance(evaluation, k, balance.final)
 
     def given(self, *, first: bool) -> list[Array]:
         """What series give."""
-        return [*self.balance.local, *(self.balance.slopes if first else ())]
+        touch = self.touch
+        found = [*self.balance.local, *(self.balance.slopes if first else ())]
+        if touch is not None:
+            found += [*touch.in_order, *(touch.in_first if first else ())]
+        return found
 
     def follow_forces(self, evaluation: Evaluation, *, first: bool) -> None:
         """The accelerations of nodes."""

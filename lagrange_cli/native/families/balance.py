@@ -25,10 +25,14 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.kinds import JointKind
 from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays, array
+from lagrange_cli.native.families.pushed_joints import PushedJoints
 
 
 class Balance(NodeArrays):
     """The totals of a system of joints, on which other ``forces`` and ``loads`` may act than its own."""
+
+    touched: PushedJoints | None = None
+    """What resting contacts add to accelerations, if there are any."""
 
     def __init__(
         self,
@@ -54,6 +58,16 @@ class Balance(NodeArrays):
         self._respond()
         self.series = [local_of(one) for one in self.kinds]
         """What the joints' series of each kind give."""
+
+    def add_pushes(self, touched: PushedJoints) -> None:
+        """Let contacts change accelerations."""
+        self.touched = touched
+        self.series = [*(local_of(one, touched) for one in self.kinds), *touched.series]
+
+    @property
+    def final(self) -> Total:
+        """The accelerations of coordinates, with those by contacts."""
+        return self.rates if self.touched is None else self.touched.rates
 
     def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
         """What ``forces`` and ``loads`` do alone, with the same masses."""
@@ -149,8 +163,8 @@ class Balance(NodeArrays):
         return list(dict.fromkeys([*self.local, *self.slopes, *sweeps, *totals]))
 
 
-def local_of(kind: JointKind) -> Local:
-    """What the joints' series give."""
+def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
+    """What the joints' series give; without what contacts add to accelerations."""
     graph, joints, balance = kind.graph, kind.joints, kind.balance
     arranged = balance.arrange
 
@@ -169,10 +183,18 @@ def local_of(kind: JointKind) -> Local:
     moved += [
         (weight.move, kind.every, kind.rest[s], kind.strain[s]) for s, weight in enumerate(joints.weights)
     ]
+    pushed = [] if touched is None else [kind.at_rows(touched.pushed, b) for b in kind.bends]
     for k, (move, places, rest, strain) in enumerate(moved):
         node = simple(move)
         if node.kind is not node.kind.NUMBER:
             rate = graph.ddt(graph.ddt(node))
+            pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(joints.coordinates, pushed)]
+            if pairs:
+                jolt = graph.sum(pairs)
+                unknowns |= dict.fromkeys(u for u in pushed if jolt.symbols & u.symbols)
+                rate = rate - jolt
+                if touched is not None and k < len(joints.moves) and not jolt.is_zero:
+                    terms.append((Term(kind.domain, jolt, places), touched.jolts[k]))
             terms.append((Term(kind.domain, rate, places), rest))
         force = balance.slots.symbol(kind.domain, strain, places)
         for b, symbol in zip(kind.bends, joints.coordinates):
@@ -185,8 +207,14 @@ def local_of(kind: JointKind) -> Local:
             if slope.symbols & kind.moving:
                 work[b] = work[b] + slope * force
                 unknowns[force] = None
+    if touched is not None:
+        for unknown, term in touched.of_kind(kind, [*map(simple, joints.moves)]):
+            unknowns[unknown] = None
+            terms.append((term, touched.gained))
     for b, node in enumerate(work):
         if not node.is_zero:
             terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))
     change = [kind.own(one) for one in kind.change]
+    if touched is not None:
+        change = [kind.at_rows(touched.rates, b) for b in kind.bends]
     return Local(kind.domain, [*terms, *slopes], len(slopes), joints.coordinates, [*unknowns], change)

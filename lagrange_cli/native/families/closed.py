@@ -15,6 +15,7 @@ from lagrange_cli.native.families.constrained import saddle_of, solve
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.joint_contacts import JointContacts
 from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
@@ -25,8 +26,15 @@ from lagrange_cli.native.llvm.vector import Bit, Index
 class ClosedJet(ArticulatedJet):
     """The jet of a system of joints with constraints."""
 
-    def __init__(self, closure: Closure, tabled: SolvingTables, setting: JetSetting, name: str) -> None:
-        super().__init__(closure.balance, setting, name)
+    def __init__(
+        self,
+        closure: Closure,
+        tabled: SolvingTables,
+        setting: JetSetting,
+        name: str,
+        touch: JointContacts | None = None,
+    ) -> None:
+        super().__init__(closure.balance, setting, name, touch)
         self.closure, self.tabled = closure, tabled
 
     @property
@@ -42,14 +50,16 @@ class ClosedJet(ArticulatedJet):
         totals = super().prepared()
         self.first = self.take(room(self.tabled.size))
         self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.first)
-        self.place_kept()
+        if self.touch is None:
+            self.place_kept()
         return totals
 
     def accelerate(
         self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         super().accelerate(evaluation, k, phase, span)
-        self.keep(self.closure.multipliers, k)
+        if self.touch is None:
+            self.keep(self.closure.multipliers, k)
 
     def given(self, *, first: bool) -> list[Array]:
         own = [*self.closure.in_order, *(self.closure.in_first if first else ())]

@@ -91,9 +91,9 @@ class JointKind:
     def gate(self, b: int) -> Node:
         """1, or 0 where friction holds a coordinate."""
         gates = self.balance.gates
-        return self.graph.one if gates is None else self._at_rows(gates, b)
+        return self.graph.one if gates is None else self.at_rows(gates, b)
 
-    def _at_rows(self, array: Array, b: int) -> Node:
+    def at_rows(self, array: Array, b: int) -> Node:
         """An array of coordinates."""
         return self.balance.slots.symbol(self.domain, array, self.joints.rows[b])
 
@@ -220,7 +220,7 @@ class JointKind:
         balance, joints = self.balance, self.joints
         terms = []
         if balance.forces.terms:
-            terms.append(self.gate(b) * self._at_rows(balance.forces, b))
+            terms.append(self.gate(b) * self.at_rows(balance.forces, b))
         if self.is_node:
             terms += [-(self.slope(c, b) * self.known(c)) for c in balance.axes]
         if self.resting:
@@ -296,7 +296,7 @@ class JointKind:
         """Q - J^T R of what is held."""
         terms = [-self.own(self.missing[b])]
         if other.terms:
-            terms.append(self._at_rows(other, b))
+            terms.append(self.at_rows(other, b))
         if self.is_node:
             terms += [-(self.whole_slope(c, b) * self.node(one)) for c, one in enumerate(self.balance.strain)]
         terms += [-(self.whole_swing(s, b) * self.own(one)) for s, one in enumerate(self.strain)]

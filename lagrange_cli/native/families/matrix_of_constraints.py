@@ -3,7 +3,6 @@ and to its right (see ``integrate.methods.impulses``)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -11,10 +10,11 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.families.arrays import Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.joint_matrices import JointMatrices
 
 
 class MatrixOfConstraints:
-    """What is computed of the constraints of a system whose M is diagonal, or has a block for each joint."""
+    """What is computed of the constraints of a system."""
 
     def __init__(self, system: FamilySystem) -> None:
         assert system.bonds is not None
@@ -40,20 +40,11 @@ class MatrixOfConstraints:
         if self.system.joints is None:
             mass = self.system.slots.symbol(self.system.everyone, self.system.masses, every)
             return [Term(self.system.everyone, mass, every * (n + 1))]
-        return [*self._blocks()]
+        return [*self._joints.masses()]
 
-    def _blocks(self) -> Iterator[Term]:
-        """The entries of the blocks of joints."""
-        assert self.system.joints is not None
-        for kind in self.system.joints.joints:
-            for b, q in enumerate(kind.coordinates):
-                for d, other in enumerate(kind.coordinates):
-                    parts = [
-                        (one.mass * self.graph.diff(one.move, q) * self.graph.diff(one.move, other), 1.0)
-                        for one in kind.weights
-                    ]
-                    rows, columns = kind.rows[b], kind.rows[d]
-                    yield Term(kind.domain, self.graph.sum(parts), rows * self.degrees + columns)
+    @cached_property
+    def _joints(self) -> JointMatrices:
+        return JointMatrices(self.system)
 
     @cached_property
     def slopes(self) -> list[Term]:
@@ -62,7 +53,7 @@ class MatrixOfConstraints:
         for b, a in self.bonds.pulls:
             one = self.bonds.bounds[b]
             found.append(Term(one.domain, -one.slopes[a], one.numbers * self.degrees + one.rows[a]))
-        return found
+        return found if self.system.joints is None else [*found, *self._joints.of_holds(self.bonds)]
 
     @cached_property
     def _places(self) -> tuple[Places, Places]:

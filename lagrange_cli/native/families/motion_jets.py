@@ -61,9 +61,9 @@ class MotionJets(Preparation):
         there are no constraints."""
         given = self.setting(order), name
         if self.closure is not None:
-            return ClosedJet(self.closure, self.tabled, *given)
+            return ClosedJet(self.closure, self.tabled, *given, self.touch)
         if self.balance is not None:
-            return ArticulatedJet(self.balance, *given)
+            return ArticulatedJet(self.balance, *given, self.touch)
         if self.sticking is not None:
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
         return None if self.motion is None else ConstrainedJet(self.motion, self.tabled_in_motion, *given)

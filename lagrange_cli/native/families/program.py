@@ -22,6 +22,7 @@ from lagrange_cli.native.families.nearness import Watch
 from lagrange_cli.native.families.observation import OBSERVE, Observation
 from lagrange_cli.native.families.own_actions import OwnActions
 from lagrange_cli.native.families.preparation import BOARD, low_parts
+from lagrange_cli.native.families.pressing import eliminations
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
 from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
@@ -99,6 +100,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
         constants = self.tables.scalars + self.size
         if self.kind.parts > 1 or self.factor is not None:
             text += low_parts(work // 2, constants) + "".join(of_vectors(text))
+        text += eliminations(text)
         text += definitions(text)
         length.allow(text.count(" = "))
         return Program(

@@ -37,10 +37,11 @@ class AtRest(Preparation):
         kind = InConstants if self.kind.parts > 1 else self.kind
         given = replace(self.setting(RATES), system=self.sampled, kind=kind), AT_A_STATE
         if isinstance(self.resting, Closure):
-            jet: ArticulatedJet = ClosedJet(self.resting, self.tabled, *given)
+            touch = self.touch if self.resting.balance.touched else None
+            jet: ArticulatedJet = ClosedJet(self.resting, self.tabled, *given, touch)
         else:
             assert self.resting is not None
-            jet = ArticulatedJet(self.resting, *given)
+            jet = ArticulatedJet(self.resting, *given, self.touch if self.resting.touched else None)
         return jet, jet.write()
 
     def jet_at_a_state(self) -> str:
@@ -54,7 +55,7 @@ class AtRest(Preparation):
             found[self.resting.bonds.multipliers] = self.resting.multipliers
         if self.resting is not None:
             balance = self.resting.balance if isinstance(self.resting, Closure) else self.resting
-            found[self.system.accelerations] = balance.rates
+            found[self.system.accelerations] = balance.final
         return {one: array for one, array in found.items() if one in totals}
 
     def room_at_rest(self, vectors: Vectors, base: Pointer) -> Resting:

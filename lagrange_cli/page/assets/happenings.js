@@ -43,7 +43,7 @@ class Happenings {
     engine.call.act(engine.places.constants, engine.moment, engine.state, engine.acted, 1n, 1n);
     const found = Array.from(engine.at(engine.acted, engine.data.acted));
     const sizes = this.events.map((_, e) => found.slice(count + 2 * e, count + 2 * e + 2));
-    return { values: found.slice(0, count), sizes, masses: found.slice(count + 2 * this.events.length) };
+    return { values: found.slice(0, count), sizes, masses: found.slice(found.length - this.rows.masses) };
   }
 
   // Choose the sides where the motion begins: a zero there is no event.
