@@ -36,9 +36,9 @@ FIRST, SEEN, APART = 64, 32, 2
 """Steps after which a motion is judged first, by the last ones, one in so many of which is kept."""
 SPANS = SEEN, SEEN // 4
 """Steps that differences are taken over. A motion may repeat itself after one of them, not after both."""
-PART, LARGER_PART, GROWTH = 32, 8, 1.3
-"""A trial takes no more than the first part of all steps, or the second as long as steps of ``Radau`` would
-grow by the factor while its length doubles."""
+MOST, PART, GROWTH = 2048, 8, 1.2
+"""A trial takes no more steps than that, and no more than that part of all. It goes on as long as steps of
+``Radau`` would grow by the factor while its length doubles."""
 DIFFERENCES = 4
 DEAR, MATRICES = 16.0, 32.0
 """Taylor steps that take longer than one of ``Radau``, and how many numbers of its matrices for each
@@ -93,7 +93,7 @@ class Trial:
         found = self.on(None, 1, 1)
         if not found or self.times.stop - found[-1].t < LONG * (found[-1].t - self.times.start):
             return None
-        taken, before = FIRST, math.inf
+        taken, before = FIRST, 0.0
         while True:
             skipped = self.on(found[-1], taken - SEEN, taken - SEEN)
             found = [*skipped, *(self.on(skipped[-1], taken, APART) if skipped else [])]
@@ -105,8 +105,7 @@ class Trial:
             judged = self.judged(found, tolerance)
             if judged.replaces >= DEAR:
                 return replace(judged, replaces=min(judged.replaces, whole))
-            part = LARGER_PART if judged.replaces >= GROWTH * before else PART
-            if 2 * part * taken > whole:
+            if judged.replaces < GROWTH * before or 2 * taken > min(MOST, whole / PART):
                 return None
             taken, before = 2 * taken, judged.replaces
 
