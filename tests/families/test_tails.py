@@ -111,6 +111,35 @@ def test_no_shell_is_passed_over(name: str, width: float) -> None:
     assert felt > 1e-4
 
 
+MEETING = """
+sizes: {{N: 3}}
+parameters: {{a: 15}}
+coordinates:
+  x[i in range(N)]: {{initial: "20*cos(2*pi*i/N) - sin(2*pi*i/N)/5", velocity: "-2*cos(2*pi*i/N)"}}
+  y[i in range(N)]: {{initial: "20*sin(2*pi*i/N) + cos(2*pi*i/N)/5", velocity: "-2*sin(2*pi*i/N)"}}
+  z[i in range(N)]: {{initial: 0}}
+masses: {{"bead[i in range(N)]": 1}}
+embedding: {{"bead[i in range(N)]": ["x[i]", "y[i]", "z[i]"]}}
+potential: sum({pair} for i in range(N) for j in range(i))
+"""
+APART = "norm(bead[i] - bead[j])"
+
+
+@pytest.mark.parametrize("pair", [f"1e6*exp(-a*{APART})", f"exp(-18*({APART} - 1))"])
+def test_forces_that_are_hardly_more_than_0_at_first(pair: str) -> None:
+    """The first trial is not so long that its square is infinite."""
+    spec, values = begun(MEETING.format(pair=pair))
+    true, found = (
+        run(prepare_system(spec, derive_system, None, Compilation(method, FULL, frozenset({"q", "v"}))),
+            values, 0.0, 20.0, 2)
+        for method in ("taylor", "ias15")
+    )  # fmt: skip
+    for path in ("q/x", "q/y"):
+        assert found[path][-1] == pytest.approx(true[path][-1], rel=1e-9, abs=1e-9)
+    straight = true["q/x"][0] + 20 * true["v/x"][0]
+    assert np.max(np.abs(true["q/x"][-1] - straight)) > 1
+
+
 @pytest.mark.parametrize("potential", HIDDEN.values(), ids=HIDDEN)
 def test_what_may_hide(potential: str) -> None:
     """Structures that do not begin where what is halved from step to step is small."""
