@@ -120,7 +120,8 @@ def given_of(equations: Specification, work: int, project: str = "") -> Given:
 
     given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
     more = equations.in_two, equations.followed.multipliers, project
-    return Given(*given, *more, timed=equations.residual.timed)
+    alike = coupled(equations.residual)
+    return Given(*given, *more, timed=equations.residual.timed, coupled=alike)
 
 
 def double(equations: Specification) -> MotionCode:
@@ -164,6 +165,11 @@ def double(equations: Specification) -> MotionCode:
         steps.append(advance(DoubleSteps(lengths, own)))
     parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]
     return MotionCode(parts, work, operations, (0, 1, layout.width))
+
+
+def coupled(residual: Residual) -> list[tuple[int, int]]:
+    """The first coordinate, and the number, of those whose accelerations are found together."""
+    return [(min(one), max(one) + 1 - min(one)) for one in residual.blocks if len(one) > 1]
 
 
 def related_integrals(equations: Specification) -> list[tuple[int, int]]:

@@ -58,11 +58,11 @@ def runs(spec: Spec) -> list[tuple[int, bool]]:
     return found
 
 
-def related(spec: Spec) -> list[tuple[int, int]]:
-    """The first coordinate of each family, and the number of its members."""
+def related(spec: Spec, fewest: int = 1) -> list[tuple[int, int]]:
+    """The first coordinate of each family of some members, and their number."""
     found, first = list[tuple[int, int]](), 0
     for count, of_family in runs(spec):
-        if of_family:
+        if of_family and count >= fewest:
             found.append((first, count))
         first += count
     return found

@@ -45,7 +45,7 @@ from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.proof import Proving
-from lagrange_cli.native.stepping.related import of_names
+from lagrange_cli.native.stepping.related import FEWEST, of_names
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -130,7 +130,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
         parts, work, floor = list[str](), jet.work, 0
         by_series = self.order > RATES and not self.scheme
         floors = self.floors() if self.diagonal and (self.scheme or by_series) else ""
-        if by_series and (floors or self.alike):
+        if by_series and (floors or self.related):
             floor, work = work, work + room(self.layout.width)
         lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
         if self.order > RATES and self.balance is None and self.motion is None:
@@ -159,8 +159,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             made = self.rates_alone(BRIEF)
             own, name = made.work, BRIEF
             texts.append(made.text)
-        families = related(self.system.spec)
-        given = replace(self.given(interface, own, floors), rates=name, related=[*families, *self.alike])
+        families = [*related(self.system.spec), *self.alike]
+        given = replace(self.given(interface, own, floors), rates=name, related=families)
         if self.poles:
             given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
@@ -185,8 +185,18 @@ class FamilyProgram(Returning, Observation, MotionJets):
         return given.work, texts, (lengths.first, lengths.row, lengths.term)
 
     def with_integrals(self, given: Given, lengths: Lengths) -> Given:
-        """The same, with integrals that are measured by the largest one of their family."""
-        return replace(given, related=self.alike) if lengths.floor else given
+        """The same, with what is measured by the largest of its family, too."""
+        return replace(given, related=self.related) if lengths.floor else given
+
+    @property
+    def together(self) -> list[tuple[int, int]]:
+        """The families of coordinates whose accelerations are found together."""
+        return [] if self.diagonal else related(self.system.spec)
+
+    @property
+    def related(self) -> list[tuple[int, int]]:
+        """The families of coordinates whose velocities are measured by the fastest one, and of integrals."""
+        return [*([] if self.diagonal else related(self.system.spec, FEWEST)), *self.alike]
 
     @property
     def alike(self) -> list[tuple[int, int]]:
@@ -199,7 +209,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
-            alone=bool(self.own_actions.loops),
+            alone=bool(self.own_actions.loops), coupled=self.together,
         )  # fmt: skip
 
     @cached_property

@@ -17,10 +17,10 @@ from lagrange_cli.native.recurrences.layout_rows import RowLayout
 from lagrange_cli.native.state import LANES, Clock, whole_vectors
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
 from lagrange_cli.native.stepping.advance import advance
+from lagrange_cli.native.stepping.divided import DividedSteps
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, Row
-from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
@@ -88,7 +88,7 @@ def lengths_of(rows: RowLayout, given: Given) -> Lengths:
     )  # fmt: skip
 
 
-class DoubleDoubleSteps(Steps):
+class DoubleDoubleSteps(DividedSteps):
     """The parts of steps in double-double."""
 
     refined, parts, small = True, 2, 2.0**-94

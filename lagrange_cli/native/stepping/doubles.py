@@ -10,9 +10,10 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
+from lagrange_cli.native.stepping.divided import DividedSteps
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import AT_REST, Steps
+from lagrange_cli.native.stepping.motion import AT_REST
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
@@ -36,7 +37,7 @@ def accelerate(lengths: Lengths) -> str:
     return f.text()
 
 
-class DoubleSteps(Steps):
+class DoubleSteps(DividedSteps):
     """The parts of steps in doubles."""
 
     refined, parts, small = False, 1, 2.0**-46

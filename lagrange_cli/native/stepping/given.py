@@ -54,5 +54,8 @@ class Given:
     """Whether ``@act_alone`` gives what one event's action sets."""
     idle: Sequence[slice[int, int, None]] = ()
     """Places of the state that steps never change, in order."""
+    coupled: Sequence[tuple[int, int]] = ()
+    """The first coordinate and the number of those whose accelerations are found together: none is known to
+    less than the rounding error of the largest one."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""

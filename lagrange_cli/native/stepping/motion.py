@@ -6,8 +6,8 @@ Guards, proofs, acceptance, and integrals are the same in all kinds.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 
 from lagrange_cli.native.guards import HALTED
 from lagrange_cli.native.interface import Stop, records_at
@@ -21,10 +21,9 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
-from lagrange_cli.native.stepping.parts import StepArrays, StepPart, StepParts, Units
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures
-from lagrange_cli.native.stepping.related import write_floors
+from lagrange_cli.native.stepping.related import allow_rounding, write_floors
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import HighLow, Sums, difference
@@ -161,11 +160,15 @@ class Steps(ABC):
     def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
         """Go to the end of the step, and write down what is expected there: the place farthest from 0."""
 
+    @abstractmethod
+    def divide(self, quadratures: Quadratures) -> Function:
+        """``@divide``: the integrals of a step by parts (``divided``)."""
+
     # what does not
 
     def functions(self) -> list[str]:
         """The functions that its instructions call."""
-        made = [*self.sizes.functions(), accepted(self.lengths, self.sums.beyond), *self.own()]
+        made = [*self.sizes.functions(), *self.acceptance(), *self.own()]
         made += [one.function() for one in (*self.proofs, self.integrands) if one]
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
@@ -173,6 +176,11 @@ class Steps(ABC):
         made += [self.noise.function()] if self.noise else []
         texts = clear_function(), self.given.project, self.given.floors
         return [*texts, *guards, *(f.text() for f in made)]
+
+    def acceptance(self) -> list[Function]:
+        """What ``agree`` calls."""
+        coupled = allow_rounding(self.lengths, self.given.coupled, self.bounds.rounding)
+        return [accepted(self.lengths, self.sums.beyond), *coupled]
 
     def project(self, f: Function, due: Variable[Integer] | None) -> None:
         """Move the state back to the constraints, if there are any and it is not there; but not where they
@@ -236,11 +244,22 @@ class Steps(ABC):
         return t, low
 
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
-        """Whether the accelerations are those expected (``acceptance.accepted``)."""
+        """Whether the accelerations are those expected (``acceptance.accepted``), at least to the rounding
+        errors of those that are found together with them."""
         rates, allowed, low = self.expected(f)
         given = rates, allowed, uneven, slack, unexplained, floor
         more = (low, 1.0 / now.unit) if self.parts > 1 else ()
-        return f.call(Bit, "accepted", f.pointer("%work"), *given, *more)
+
+        def accept() -> Bit:
+            return f.call(Bit, "accepted", f.pointer("%work"), *given, *more)
+
+        if not self.given.coupled:
+            return accept()
+        good = f.variable(accept())
+        with f.when(~good.get()):
+            f.call(None, "allow_rounding", rates, allowed)
+            good.set(accept())
+        return good.get()
 
     # integrals
 
@@ -251,9 +270,9 @@ class Steps(ABC):
         rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h), *([h] if self.parts > 1 else []))
         if self.integrands is None:
             return rough | ~sound
-        return rough | ~(sound & self._has_proven(f, now.t + now.low, *places, h, now.unit))
+        return rough | ~(sound & self.has_proven(f, now.t + now.low, *places, h, now.unit))
 
-    def _has_proven(self, f: Function, t: Real, state: Pointer, series: Pointer, h: Real, unit: Real) -> Bit:
+    def has_proven(self, f: Function, t: Real, state: Pointer, series: Pointer, h: Real, unit: Real) -> Bit:
         """Whether the integrands have nothing to hide within ``h``."""
         beyond = f.constant(float(self.lengths.order - 1))
         given = f.pointer("%constants"), t, state, series, h, unit, beyond
@@ -285,51 +304,3 @@ class Steps(ABC):
     def halted(self, f: Function) -> Bit:
         """Whether ``part`` is to leave its step."""
         return ~f.observe("%info", HALTED, "monotonic").equals(0)
-
-    def divide(self, quadratures: Quadratures) -> Function:
-        """``@divide``: the integrals of the step (%h, %hl) from ``%trial`` on, with the series in ``%work``,
-        by parts; also those of the samples from ``first`` to before ``last``. Asked to, it leaves at once."""
-        heads = "ptr %constants, ptr %trial, ptr %work, ptr %state, ptr %times, ptr %out, ptr %info"
-        more = "double %t, double %low, double %h, double %hl, double %unit"
-        counts = "i64 %first, i64 %last, i64 %stride, i64 %beyond"
-        f = Function(f"define internal void @divide({heads}, {more}, {counts}) #0")
-        t, low, h, hl, unit = f.reals("t", "low", "h", "hl", "unit")
-        index, trial = f.variable(Integer(f, "%first")), f.pointer("%trial")
-        first = whole_vectors(self.state.memory + 3 * self.state.width)
-        series, arrays = (f.place(trial, one) for one in (first, first + self.given.work))
-        units = Units(unit, f.variable(unit))
-
-        def expand(place: HighLow) -> None:
-            self.compute(f, self.sums.sum(f, (t, low), place), units.part.get(), arrays, series)
-
-        def prove(place: HighLow, length: Real) -> Bit:
-            return self._has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
-
-        guards = self.guards if self.guards and self.guards.holding else None
-
-        @contextmanager
-        def let_go(side: float) -> Iterator[None]:
-            assert guards
-            guards.let_go(f, trial, f.constant(side))
-            yield
-            guards.hold(f, trial, guards.modes(f, f.pointer("%state")))
-
-        at = StepArrays(trial, f.pointer("%work"), arrays, series)
-        free = let_go if guards else None
-        parts = StepParts(f, quadratures, self.sums, at, self.state.width, units, expand, free)
-        made = self.division(
-            parts, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
-        )
-
-        def samples(part: StepPart) -> Integer:
-            zero = f.constant(0.0)
-            return parts.samples(
-                index, Integer(f, "%last"), part, lambda instant: difference((instant, zero), (t, low))
-            )
-
-        whole, explained = made.divide(t, (h, hl), samples, index)
-        with f.when(~whole):
-            parts.lose_samples(index, Integer(f, "%last"))
-        parts.give(f.pointer("%state"), self.state.third, whole, explained)
-        f.give()
-        return f

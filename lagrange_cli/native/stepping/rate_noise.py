@@ -22,7 +22,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.rate_places import HEAD, LONGEST, ROUNDED, wide_of
-from lagrange_cli.native.stepping.related import write_fastest
+from lagrange_cli.native.stepping.related import write_coupled, write_fastest
 from lagrange_cli.native.stepping.rounding_errors import set_off
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
@@ -116,6 +116,8 @@ class RateNoise:
                         keep_larger(row, self.place, *parts, partial(self._counts, row))
         for first, count in steps.related:
             self._where_none(f, first + degrees, count)
+        places = ("%work", self.begin - degrees), ("%state", self.place)
+        write_coupled(f, lengths, steps.given.coupled, *places, steps.bounds.rounding)
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         f.copy_rows((kept, 0), (node, 0), width, lanes)

@@ -16,7 +16,7 @@ from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.acceptance import Allowance, accepted
+from lagrange_cli.native.stepping.acceptance import Allowance
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import side_by_side
 from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
@@ -85,13 +85,7 @@ class RateSteps(RatesAtNodes):
             self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
-        made = [
-            accepted(self.lengths),
-            *self.helpers(),
-            self.rounding.function(),
-            self._tried(),
-            self._carry(),
-        ]
+        made = [*self.acceptance(), *self.helpers(), self.rounding.function(), self._tried(), self._carry()]
         texts = [clear_function(), self.given.project, self.given.floors, self.given.approach]
         if self.guards and self.watching:
             texts += self.guards.functions()

@@ -11,15 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.stepping.lengths import Lengths, Row
+from lagrange_cli.native.stepping.step_size import ENDLESS
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
     from lagrange_cli.model.model import Model
+
+Place: TypeAlias = tuple[Pointer | str, int]
 
 FAINT = 2.0**-52
 """The part of the fastest velocity."""
@@ -76,3 +79,31 @@ def write_fastest(
             before = row.at(work, place)
             new = f.larger(found, before) if least else found
             row.put(f.select(row.among(first, count), new, before), work, place)
+
+
+def write_coupled(
+    f: Function, lengths: Lengths, coupled: Sequence[tuple[int, int]], rates: Place, errors: Place,
+    rounding: float,
+) -> None:  # fmt: skip
+    """Let no error of accelerations that are found together be less than this part of the largest one: where
+    bodies are joined, one that is 0 is a difference of others. Rates, and errors, are in an array, behind
+    the rows of velocities by so many."""
+    (found, behind), (known, place), part = rates, errors, f.constant(rounding)
+
+    def size(row: Row) -> Real:
+        rate = f.magnitude(row.at(found, behind))
+        return row.only(rate < ENDLESS, rate)
+
+    write_fastest(f, lengths, coupled, place, part, size, known, least=True)
+
+
+def allow_rounding(lengths: Lengths, coupled: Sequence[tuple[int, int]], rounding: float) -> list[Function]:
+    """``@allow_rounding(rates, allowed)``, if there is anything ``coupled``: the errors of accelerations that
+    are allowed, made as large as those of rounding."""
+    if not coupled:
+        return []
+    f = Function("define internal void @allow_rounding(ptr noalias %rates, ptr noalias %allowed) #0")
+    places = (f.pointer("%rates"), 0), (f.pointer("%allowed"), 0)
+    write_coupled(f, lengths, coupled, *places, rounding)
+    f.give()
+    return [f]

@@ -174,7 +174,7 @@ class StepSize:
                 c = row.series()
                 size, one = self.sizes(row, c, h), f.magnitude(c[m])
                 counts = row.moving((one > 0.0) & (size > self.rest))
-                if lengths.apart:  # an integral may be so small yet that the ratio underflows
+                if lengths.apart or lengths.floor:  # what is so small yet that the ratio underflows
                     counts = counts & (size / one > 0.0)
                 ratio.set(f.smaller(ratio.get(), f.select(counts, size / one, lengths.wide(f, endless))))
             bound = self.root(f, lengths.gather(f, "fmin", ratio.get()), m.to_real())

@@ -16,6 +16,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.acceptance import PredictionBounds
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -70,6 +71,7 @@ class Trials(Protocol):
     state: StateLayout
     lengths: Lengths
     given: Given
+    bounds: PredictionBounds
     guards: GuardCode | None
     order: int
     related: Sequence[tuple[int, int]]
