@@ -20,8 +20,12 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.monitor import untimed
+from lagrange_cli.run.motion import Motion
+from lagrange_cli.run.request import Request
 from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.run.start import consistent_values
+from lagrange_cli.run.trial import settled
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 from lagrange_cli.spec.values import resolve_values
@@ -33,7 +37,7 @@ TRIED = {
     "taylor": (1e-3, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, DEFAULT),
     "ias15": (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13, DEFAULT),
     "DOP853": (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 2.3e-14),
-    "Radau": (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
+    "Radau": (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12),
 }
 FINEST = (
     ("taylor", 1e-21), ("taylor", 1e-23), ("ias15", DEFAULT), ("taylor", DEFAULT), ("DOP853", 2.3e-14),
@@ -67,10 +71,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Curves:
-    """What was found: the methods that auto chooses at the tolerances that are asked for; all runs; and the
-    error of the true motion. If that is not known, ``failed`` says why."""
+    """What was found: the methods that auto chooses at the tolerances that are asked for, with their
+    tolerances; all runs; and the error of the true motion. If that is not known, ``failed`` says why."""
 
-    chosen: Mapping[float, str]
+    chosen: Mapping[float, tuple[str, float]]
     points: Sequence[Point] = ()
     floor: float = math.nan
     failed: str = ""
@@ -89,12 +93,16 @@ class Followed:
         self.stop = self.case.stop or min(spec.solve.stop or LATEST, LATEST)
         self.spec, self.values, _ = consistent_values(spec, values, 0.0, ())
 
-    def chosen(self, tolerance: float) -> str:
-        """The method that auto chooses."""
+    def chosen(self, tolerance: float) -> tuple[str, float]:
+        """The method that auto chooses, and its tolerance."""
         given = SolveDefaults(
             stop=self.stop, tolerance=tolerance, samples=SAMPLES, outputs=("q", "v"), method="auto"
         )
-        return resolve_settings(self.spec, given, cached=False).method
+        settings = resolve_settings(self.spec, given, cached=False)
+        motion = Motion(self.spec, self.values, settings)
+        if motion.may_be_stiff:
+            motion, _ = settled(motion, Request(cache=False), untimed)
+        return motion.settings.method, motion.settings.tolerance
 
     def prepared(self, method: str, tolerance: float) -> tuple[Prepared, float]:
         """The compiled system, and the seconds that it took."""
@@ -168,7 +176,8 @@ def curves(case: Varied) -> Curves:
         one.stop /= 2
     floor, points = max(apart, DEFAULT / 2), list[Point]()
     for method, tolerances in TRIED.items():
-        for tolerance in sorted(tolerances, reverse=True):
+        asked = {fine for name, fine in chosen.values() if name == method}
+        for tolerance in sorted({*tolerances, *asked}, reverse=True):
             try:
                 points.append(one.point(method, tolerance, true, sizes, floor))
             except LagrangeError:

@@ -133,9 +133,38 @@ embedding: {m: [x, y]}
 potential: exp(x + 0.3*y) + exp(-x - y) + exp(y**2/3) + exp(x**2/4) + log(3 + x**2 + y**2)
 """,
 }
+STIFF = {
+    "van der Pol": """
+coordinates: {x: {initial: 2}}
+lagrangian: (x_dot**2 - x**2)/2
+generalized_forces: {x: 100*(1 - x**2)*x_dot}
+""",
+    "springs and dampers": """
+sizes: {N: 20}
+coordinates: {"x[i in range(N)]": {initial: "i + sin(3*i)/10"}}
+masses: {"bead[i in range(N)]": 1}
+embedding: {"bead[i in range(N)]": "x[i]"}
+potential: sum((x[i] - x[i - 1] - 1)**2/2 for i in range(1, N))*1e4 + (x[0]**2)*5e3
+dissipation: sum((x_dot[i] - x_dot[i - 1])**2/2 for i in range(1, N))*1e3 + x_dot[0]**2*500
+""",
+    "pendulum on a stiff rod": """
+coordinates: {r: {initial: 1}, a: {initial: 1}}
+masses: {bob: 1}
+embedding: {bob: [r*sin(a), -r*cos(a)]}
+potential: 9.81*bob.y + 1e6*(r - 1)**2/2
+dissipation: 2e4*r_dot**2/2
+""",
+    "magnetic brake": """
+coordinates: {a: {initial: 0.3}, b: {initial: 1, velocity: 2}}
+masses: {rim: 1, bob: 1}
+embedding: {rim: [sin(a), -cos(a)], bob: [2*sin(b), -2*cos(b)]}
+potential: 9.81*(rim.y + bob.y) + cos(a - b)
+dissipation: 5e3*(2 + sin(a))*a_dot**2/2
+""",
+}
 
 
-GROUPS = ("systems", "bodies", "rings", "pendulums", "oscillators", "drag", "driven")
+GROUPS = ("systems", "bodies", "rings", "pendulums", "oscillators", "drag", "driven", "stiff")
 
 
 def varied(seed: int) -> Iterator[Varied]:
@@ -164,3 +193,5 @@ def varied(seed: int) -> Iterator[Varied]:
         yield Varied("drag", "quadratic drag", SQUARE_DRAG.format(seed=seed), 2.0, {"N": str(count)})
     for kind, text in DRIVEN.items():
         yield Varied("driven", kind, text, 50.0)
+    for kind, text in STIFF.items():
+        yield Varied("stiff", kind, text, 50.0)

@@ -65,8 +65,8 @@ def judged(motion: Varied, found: Curves) -> Iterator[Judged]:
     by_method = defaultdict[str, list[Point]](list)
     for point in found.points:
         by_method[point.method].append(point)
-    for tolerance, method in found.chosen.items():
-        mine = [one.error for one in by_method[method] if one.tolerance == tolerance]
+    for tolerance, (method, fine) in found.chosen.items():
+        mine = [one.error for one in by_method[method] if one.tolerance == fine]
         if not mine:
             continue
         error = max(ALIKE * mine[0], ROUNDING * found.floor) if tolerance == DEFAULT else mine[0]

@@ -137,7 +137,12 @@ def solve(
     kept = keep(content, filename, request.sizes)
     found = read_motion(content, filename, request, read=kept.read, begin_at=kept.begin_at)
     check_lengths(found.spec, set)
-    ready = prepare_all(found, request, demand, untimed, kept.prepare, kept.check)
+    prepare = kept.prepare
+    if demand is None and found.may_be_stiff:
+        from lagrange_cli.run.trial import settled
+
+        found, prepare = settled(found, request, untimed, kept.prepare)
+    ready = prepare_all(found, request, demand, untimed, prepare, kept.check)
     units, told = kept.units(found.spec)
     followed = follow(ready, units, MONITOR, demand)
     motion = Motion(followed, units, (*told, *said(followed)))

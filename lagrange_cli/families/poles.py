@@ -6,18 +6,24 @@ wall. So a step could end behind the wall and nothing would have been seen of it
 What becomes 0 at the pole, b, is a sum of squares of what is linear in places. With |q(s) - q - s v| <= d
 within a step of length h, b is at least b - h max(0, -db/dt) - sum_k |db/dq_k| d_k at each place in it, as
 squares of changes only add to that; the sum is at most the root of sum (db/dq_k)^2 sum d_k^2.
+
+An exponent u = c + s r may be 0 at any distance r = b^(1/2). If b = |A q|^2 + ..., r changes by at most l =
+h |A v| + |A| |d|, so that u^2 becomes less by 2 |u s| l at most.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.mechanics.approach import approached, is_linear, tails
+from lagrange_cli.mechanics.approach import approached, is_linear, shells, tails
+
+WIDTH = 8.0
+"""Exponents that are that large have about as much room in a step as larger ones."""
 
 
 def moving(system: FamilySystem) -> tuple[int, int]:
@@ -53,14 +59,28 @@ def slow(system: FamilySystem, totals: Iterable[Total]) -> tuple[dict[Node, Doma
             ends = tails(reachable([term.node]), variables, places(system), bounded)
             exponentials |= ends.keys()
             found |= dict.fromkeys((one for one in ends.values() if one is not None), term.domain)
+        exponentials |= distant(system, listed).keys()
     return found, frozenset(exponentials)
+
+
+def distant(system: FamilySystem, totals: Iterable[Total]) -> dict[Node, tuple[Node, Node, Domain]]:
+    """The exponentials in the terms of ``totals`` whose exponents are linear in a distance: its square, the
+    slope, and whose it is."""
+    listed, found = [*totals], dict[Node, tuple[Node, Node, Domain]]()
+    if system.joints is None and system.bonds is None:
+        variables = moving(system)[0]
+        bounded = {one for one in poles(system, listed) if not one.symbols & system.time.symbols}
+        for term in (term for total in listed for term in total.terms):
+            for node, (b, slope) in shells(reachable([term.node]), variables, bounded).items():
+                found[node] = b, slope, term.domain
+    return found
 
 
 def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: Node) -> list[Term]:
     """For each pole the part of b by which it may become less in a step of the length ``span``, in which q
     is not straight by up to ``bounds``. The targets mean nothing."""
-    slots, graph, found = system.slots, system.slots.graph, list[Term]()
-    for base, domain in slow(system, totals)[0].items():
+    slots, graph, found, listed = system.slots, system.slots.graph, list[Term](), [*totals]
+    for base, domain in slow(system, listed)[0].items():
         b = base * base if is_linear(base, places(system)) else base
         rate, slope, size = graph.diff(b, system.time), graph.zero, graph.zero
         for symbol, slot in slots.inside(base):
@@ -71,4 +91,29 @@ def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: 
                 slope, size = slope + one * one, size + bound * bound
         less = (slope * size) ** graph.number(0.5) - span * rate
         found.append(Term(domain, less / b, np.zeros(domain.count, dtype=np.int64)))
-    return found
+    return [*found, *crossing(system, listed, bounds, span)]
+
+
+def crossing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: Node) -> Iterator[Term]:
+    """The same for each exponential whose exponent u is linear in a distance: of 1 + (u/WIDTH)^2."""
+    slots, graph = system.slots, system.slots.graph
+    half = graph.number(0.5)
+    seen = set[tuple[Node, Node]]()
+    for node, (b, slope, domain) in distant(system, totals).items():
+        u = node.arguments[0]
+        if (u, b) in seen:
+            continue
+        seen.add((u, b))
+        speed, trace, size = graph.zero, graph.zero, graph.zero
+        coordinates = [(one, slot) for one, slot in slots.inside(b) if slot.array is system.q]
+        for one, slot in coordinates:
+            rate, bound = graph.diff(b, one), slots.symbol(domain, bounds, slot.table)
+            trace, size = trace + graph.diff(rate, one) / 2, size + bound * bound
+            v = slots.symbol(domain, system.v, slot.table)
+            for other, place in coordinates:
+                w = slots.symbol(domain, system.v, place.table)
+                speed += graph.diff(rate, other) * v * w / 2
+        steep = slope * slope
+        moved = span * (steep * speed) ** half + (steep * trace * size) ** half
+        high = WIDTH**2 + u * u
+        yield Term(domain, 2 * moved * (1 + u * u) ** half / high, np.zeros(domain.count, dtype=np.int64))

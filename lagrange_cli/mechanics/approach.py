@@ -3,7 +3,8 @@
 A step of ``ias15`` in families is so short that no function b that is listed here becomes less by more than
 half (``families.poles``). Far away exp(-b) is 0 to the last bit. Where b is halved from step to step, and has
 no narrower structure within one, it is seen before it matters. What is made of a b alone by powers changes
-with it by a factor that is about as small.
+with it by a factor that is about as small. An exponential whose exponent u is linear in a distance, as in
+Morse's potential, is approached from both sides like a pole at u = 0.
 """
 
 from __future__ import annotations
@@ -79,6 +80,40 @@ def tails(
         elif not u.symbols & variables & ~places and is_convex(u, variables):
             found[node] = 1 + u * u
     return found
+
+
+def shells(nodes: Iterable[Node], variables: int, bounded: Collection[Node]) -> dict[Node, tuple[Node, Node]]:
+    """The exponentials whose exponents are linear in a distance, each with its square, which is ``bounded``,
+    and the slope."""
+    found = dict[Node, tuple[Node, Node]]()
+    for node in nodes:
+        if node.kind is Kind.FUNCTION and node.data == "exp" and node.symbols & variables:
+            one = radial(node.arguments[0], variables, bounded)
+            if one is not None and not is_tail(node.arguments[0], variables, bounded):
+                found[node] = one
+    return found
+
+
+def radial(u: Node, variables: int, bounded: Collection[Node]) -> tuple[Node, Node] | None:
+    """The square of the distance that an expression is linear in, which is ``bounded``, and the slope."""
+    slope = u.graph.one
+    while u.kind in (Kind.SUM, Kind.PRODUCT):
+        if u.kind is Kind.SUM:
+            moving = [(one, scale) for one, scale in zip(u.arguments, u.data[1]) if one.symbols & variables]
+            if len(moving) != 1:
+                return None
+            u, scale = moving[0]
+            slope = slope * scale
+            continue
+        for base, exponent in fixed_factors(u, variables):
+            slope = slope * base ** u.graph.lift(exponent)
+        factors = moving_factors(u, variables)
+        if len(factors) != 1:
+            return None
+        u, exponent = factors[0]
+        if exponent != 1:
+            return (u, slope) if exponent == 0.5 and u in bounded else None
+    return None
 
 
 def is_tail(u: Node, variables: int, bounded: Collection[Node]) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import FileError
+from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
 from lagrange_cli.records import replace
 from lagrange_cli.run.settings.samples import sample_times
 
@@ -20,14 +21,20 @@ if TYPE_CHECKING:
 NUMBERS = "start", "stop", "count", "step"
 
 
-def spaced_as_before(target: Target, settings: Settings, request: Request) -> Settings:
+def as_before(target: Target, settings: Settings, request: Request) -> Settings:
     """The settings of a run that extends an earlier one: its samples are spaced as before, unless the request
-    sets their number or spacing."""
+    sets their number or spacing, and its method is the same, unless the request names one."""
     from lagrange_cli.store.resume import runs_before
 
-    before = next((known_run(str(head.get("run"))) for head in runs_before(target)), None)
+    head = next(iter(runs_before(target)), {})
+    before = known_run(str(head.get("run")))
     asked = request.options.samples is not None or "step" in request.times
-    if before is None or asked or not is_later(settings.stop, before):
+    if before is None or not is_later(settings.stop, before):
+        return settings
+    if settings.automatic and head["method"] in (TAYLOR, STIFF):
+        implicit = replace(settings, method=STIFF, tolerance=head["tolerance"])
+        settings = replace(implicit if head["method"] == STIFF else settings, automatic=False)
+    if asked:
         return settings
     step = math.copysign(before["step"], settings.stop - settings.start)
     count, step = sample_times(settings.start, settings.stop, None, step)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from lagrange_cli.integrate.methods.table import METHODS, STIFF, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import read_run
@@ -47,6 +48,14 @@ class Motion:
     values: Values
     settings: Settings
     begin: Begin = NOTHING
+
+    @property
+    def may_be_stiff(self) -> bool:
+        """Whether a trial may find another method than the one of the settings (``run.trial``)."""
+        settings, spec = self.settings, self.spec
+        finest, _ = METHODS[STIFF].tolerances[DOUBLE]
+        chosen = settings.automatic and settings.method == TAYLOR
+        return chosen and settings.tolerance >= finest and not spec.events and any(spec.forces.values())
 
     def cause(self, end: End) -> Cause | None:
         """The reason in the system for the end of the motion, if it could not go on."""

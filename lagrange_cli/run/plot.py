@@ -242,11 +242,18 @@ def solved(
     from lagrange_cli.run.attributes import units_of
     from lagrange_cli.run.memory import follow, save
     from lagrange_cli.run.motion import prepare_all
+    from lagrange_cli.run.prepare import prepare_run
     from lagrange_cli.store.find_target import find_target
 
     name = motion.spec.filename
     units = units_of(motion.spec, monitor.tell)
-    followed = follow(prepare_all(motion, request, demand, monitor.stage), units, monitor, demand)
+    prepare = prepare_run
+    if demand is None and motion.may_be_stiff:
+        from lagrange_cli.run.trial import settled
+
+        motion, prepare = settled(motion, request, monitor.stage)
+    ready = prepare_all(motion, request, demand, monitor.stage, prepare)
+    followed = follow(ready, units, monitor, demand)
     if followed.outcome.ending is Ending.INTERRUPTED:
         raise KeyboardInterrupt
     with tempfile.TemporaryDirectory(prefix="lagrange-") as folder:

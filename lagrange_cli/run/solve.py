@@ -9,6 +9,7 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import origin, units_of
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.motion import Motion, Ready, follow, initial_state, prepare_all
+from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, begun
 from lagrange_cli.run.settings.settings import tell_empty
@@ -63,9 +64,14 @@ def solve(
         FileError: the output cannot be written, or an earlier run is in the way.
     """
     if request.resume:
-        from lagrange_cli.run.extend import spaced_as_before
+        from lagrange_cli.run.extend import as_before
 
-        motion = replace(motion, settings=spaced_as_before(target, motion.settings, request))
+        motion = replace(motion, settings=as_before(target, motion.settings, request))
+    prepare = prepare_run
+    if demand is None and motion.may_be_stiff:
+        from lagrange_cli.run.trial import settled
+
+        motion, prepare = settled(motion, request, monitor.stage)
     made_by = origin(
         motion.spec, motion.settings, dict(motion.values.parameters), initial_state(motion.values)
     )
@@ -75,7 +81,7 @@ def solve(
         start = begun(target, made_by, request, monitor)
         if start.finished is not None:
             return Solved(motion, start)
-        ready = prepare_all(motion, request, demand, monitor.stage)
+        ready = prepare_all(motion, request, demand, monitor.stage, prepare)
         outcome, written = integrate_and_write(ready, start, request, monitor, demand, stream)
     return Solved(motion, replace(start, target=written), outcome, ready.prepared.cached)
 

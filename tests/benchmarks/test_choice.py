@@ -29,10 +29,21 @@ def test_a_choice_is_compared_at_its_own_error() -> None:
         *(point("taylor", tolerance, 1.0, tolerance / 10) for tolerance in (1e-6, 1e-10)),
         *(point("DOP853", *one) for one in ((1e-6, 0.1, 1e-4), (1e-10, 0.5, 1e-8), (1e-12, 2.0, 1e-12))),
     ]
-    loose, tight = judged(motion, Curves({1e-6: "taylor", 1e-10: "taylor"}, points, 1e-16))
+    chosen = {tolerance: ("taylor", tolerance) for tolerance in (1e-6, 1e-10)}
+    loose, tight = judged(motion, Curves(chosen, points, 1e-16))
     assert (loose.best, loose.fair) == ("DOP853", False)
     assert 2.0 < loose.ratio < 10.0
     assert (tight.best, tight.ratio, tight.fair) == ("taylor", 1.0, True)
+
+
+def test_a_choice_may_have_a_finer_tolerance() -> None:
+    points = [
+        point("taylor", 1e-6, 1.0, 1e-7),
+        point("Radau", 1e-6, 0.1, 1e-5),
+        point("Radau", 1e-8, 0.3, 1e-7),
+    ]
+    (found,) = judged(Varied("stiff", "any", "", 1.0), Curves({1e-6: ("Radau", 1e-8)}, points, 1e-16))
+    assert (found.tolerance, found.method, found.ratio) == (1e-6, "Radau", 1.0)
 
 
 def test_all_motions_can_be_read() -> None:

@@ -41,6 +41,7 @@ SHELL = ALL_PAIRS.replace("-sum(", "sum(exp(-1000*(x[i]**2 + y[i]**2 - 1)**2)*")
 DISTANCE = "norm(body[i] - body[j])"
 YUKAWA = f"sum(exp(-3*{DISTANCE})/{DISTANCE} for i in range(N) for j in range(i))"
 QUARTIC = STEEP.replace("**-6", "**2")
+MORSE = f"sum((1 - exp(-({DISTANCE} - 2)/eps))**2 for i in range(N) for j in range(i))"
 BROKEN = f"sum({DISTANCE}**2.5 for i in range(N) for j in range(i))"
 CORES = "sum(exp(-dot(body[i] - body[j], body[i] - body[j])/eps**2) for i in range(N) for j in range(i))"
 
@@ -61,6 +62,8 @@ CORES = "sum(exp(-dot(body[i] - body[j], body[i] - body[j])/eps**2) for i in ran
         (34, QUARTIC, {}, "ias15"),
         (34, QUARTIC, {"tolerance": 1e-6}, "taylor"),
         (4, BROKEN, {}, "ias15"),
+        (40, MORSE, {}, "ias15"),
+        (40, MORSE.replace("- 2)/eps", "- 2/eps)/3"), {}, "ias15"),
         (3, CORES, {}, "taylor"),
         (4, ALL_PAIRS.replace("eps**2", "0"), {}, "taylor"),
         (40, YUKAWA, {"tolerance": 1e-4}, "ias15"),

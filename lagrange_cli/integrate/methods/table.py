@@ -48,8 +48,10 @@ MANY_BODIES = "ias15"
 """The one for sums of many terms."""
 MODERATE = "DOP853"
 """The one for moderate accuracy."""
+STIFF = "Radau"
+"""The one for stiff motions."""
 AUTO = "auto"
-"""The default: what suits the system (``run.choice``)."""
+"""The default: what suits the system (``run.choice``) and the motion (``run.trial``)."""
 OF_SCIPY = {DOUBLE: (100 * FULL_PRECISION, 1e-10)}
 """scipy's methods raise smaller relative tolerances to this one, with a warning."""
 
@@ -89,7 +91,7 @@ METHODS = {
                 finds_events=True,
                 constrains=True,
             )
-            for name in (MODERATE, "Radau")
+            for name in (MODERATE, STIFF)
         ),
         MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
         MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),

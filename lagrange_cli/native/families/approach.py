@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from lagrange_cli.expression.node import Node
@@ -35,7 +36,9 @@ class _Largest(Writer):
             known = {**self.evaluation.known, **fixed, **self.changing(bases, j)}
             inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
             for value in self.values(known, j):
-                one = f.select(inside, self.vectors.number(value), f.zero(LANES))
+                number = self.vectors.number(value)
+                bound = f.select(number >= number, number, f.splat(f.constant(math.inf), LANES))
+                one = f.select(inside, bound, f.zero(LANES))
                 self.most.set(f.larger(one, self.most.get()))
 
 

@@ -29,6 +29,8 @@ from lagrange_cli.records import dataclass, replace
 
 BEGINNING, TRIALS = 2.0**-10, 12
 """The first trial, as part of what velocities are over accelerations; and how often it may be made longer."""
+FIRST = 2.0**100
+"""The longest first trial, in 2^-10: where forces are hardly more than 0, its square would be infinite."""
 LONGER, APART = 16.0, 0.125
 """By what factor at most, and by which one where rates are not finite."""
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
@@ -283,7 +285,8 @@ class RateSteps(RatesAtNodes):
                 one.set(f.larger(f.select(among, value, f.zero(lanes)), one.get()))
         v, a = (f.reduce("fmax", one.get()) for one in (speed, rate))
         usual = (v > 0.0) & (a > 0.0)
-        return f.select(usual, v / f.select(usual, a, f.constant(1.0)), f.constant(1.0)) * BEGINNING
+        usual_length = f.smaller(v / f.select(usual, a, f.constant(1.0)), f.constant(FIRST))
+        return f.select(usual, usual_length, f.constant(1.0)) * BEGINNING
 
     def _carry(self) -> Function:
         """``@carry(state, work, length)``: what the next step is given, after so long a step."""

@@ -49,6 +49,9 @@ class Settings:
     which members of families would have to be written out that are too many."""
     chosen_because: str = ""
     """Why ``--method auto`` means this method here, where several were considered."""
+    automatic: bool = False
+    """Whether the method is what ``--method auto`` means for any motion of the system, so that a trial may
+    find another one (``run.trial``)."""
 
     @property
     def method_shown(self) -> str:
@@ -127,11 +130,12 @@ def resolve_settings(
     count, step = sample_times(start, asked.stop, asked.samples, asked.step)
     outputs = default_outputs(spec) if asked.outputs is None else asked.outputs
     named = resolve_outputs(outputs, has_particles=spec.lagrangian is None)
-    method, why = resolve_method(asked.method), ""
+    method, why, tried = resolve_method(asked.method), "", False
     if method == AUTO:
         method, known = TAYLOR, resolve_tolerance(asked.tolerance, TAYLOR, precision)
         if precision == DOUBLE and not portable and not proven and asked.stop > start:
             method, why = chosen_method(spec, named, known, cached=cached)
+            tried = True
     check_method(method, f"--precision {precision}", lambda row: precision in row.tolerances)
     if portable:
         check_method(method, "--portable", lambda row: row.portable)
@@ -150,6 +154,7 @@ def resolve_settings(
         tolerance=resolve_tolerance(asked.tolerance, method, precision),
         outputs=named,
         chosen_because=why,
+        automatic=tried,
         optional=optional_outputs(outputs),
         precision=precision,
         portable=portable,
