@@ -232,8 +232,8 @@ class Happenings:
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
         length = self._resting.length()
-        side, rows, (values, sizes) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
-        self._resting.noise(sizes)
+        side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
+        self._resting.noise()
         switches = sides.switches()
         memory = sides.memory.copy()
         if not sides.put(event, values):
@@ -246,8 +246,8 @@ class Happenings:
         sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
-        after, noise = sides.all_coefficients(), self._resting.noise(sizes)
-        least_rate = sides.least_rate()
+        after, noise = sides.all_coefficients(), self._resting.noise()
+        least_rate = float(sides.least_sizes()[1])
         # constraints move all arguments by rounding errors
         moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
         chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)

@@ -192,7 +192,8 @@ class Touching:
         for _ in range(REPEATED):
             off = sides.all_coefficients()[own, :2]
             off[self._settling.modes[self._rests[pressed.events]] == 0.0, 0] = 0.0
-            chosen = np.flatnonzero(np.any(np.abs(off) > LEFT * sides.sizes()[own], axis=1))
+            least = LEFT * np.fmax(sides.sizes()[own], sides.least_sizes())
+            chosen = np.flatnonzero(np.any(np.abs(off) > least, axis=1))
             if not len(chosen):
                 return
             pushes = Pushes(sides, own, pressed.sides, self._usual(noise[own]))
