@@ -153,9 +153,8 @@ class Happenings:
         if self._resting.has_jumped(event):
             sides.settling.modes[due] *= -1.0
             return self._recurs(event, sides.now)
-        if sides.leaves_zero(event, self._resting.near(event)) and not sides.at_zero(
-            event
-        ):  # a root of rounding errors
+        near = np.inf if event in self._resting.impacts else self._resting.near(event)
+        if sides.leaves_zero(event, near) and not sides.at_zero(event):  # a root of rounding errors
             sides.settling.mark([due])
             return self._recurs(event, sides.now)
         event = self._resting.fastest(event)
@@ -300,4 +299,4 @@ class Happenings:
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether infinitely many actions happen at one time."""
-        return self._finished(Ending.RECURRING, event) if self._resting.at_once.recurs(now) else None
+        return self._finished(Ending.RECURRING, event) if self._resting.recurs() else None

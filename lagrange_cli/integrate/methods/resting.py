@@ -84,6 +84,7 @@ class Resting:
         now = self._sides.now
         time = now - self._start
         rates, gained = self._terms.of(self._sides.memory, self._rates)
+        self._touching.time = time
         self._touching.near = ROUNDING * time * (rates + gained)
         return self.at_once.noise(now, rates, gained * min(1.0, self.length() / time) if time else rates)
 
@@ -117,7 +118,30 @@ class Resting:
 
     def together(self) -> None:
         """Let bodies rest on each other that touch without speed."""
-        self._touching.rest(self.noise(), self.at_once.same)
+        for _ in range(2 if self._sides.program.carried else 1):  # what others hold may lead back
+            noise, unseen = self.noise(), self._unseen()
+            largest = float(np.max(unseen[self._touching.now()], initial=0.0))
+            self._touching.rest(np.fmax(noise, unseen), self.at_once.same, largest)
+
+    def recurs(self) -> bool:
+        """Whether infinitely many actions happen at one time, one of them now; flights that rounding may hide
+        take none."""
+        time = 0.0
+        if self._sides.program.carried:
+            back = float(np.max(self._back()[self._touching.now()], initial=0.0))
+            time = float(np.sqrt(4.0 * UNSEEN / back)) if back else 0.0
+        return self.at_once.recurs(self._sides.now, time)
+
+    def _unseen(self) -> Array:
+        """The rates with which arguments leave 0 on flights that rounding may hide (see ``_hidden``)."""
+        sides = self._sides
+        if not sides.program.carried:
+            return np.zeros(len(sides.modes))
+        return np.sqrt(4.0 * self._back() * UNSEEN * sides.sizes()[:, 0])
+
+    def _back(self) -> Array:
+        """What leads arguments back to 0."""
+        return np.fmax(-self._sides.all_coefficients()[:, 2] * self._sides.modes, 0.0)
 
     def touches(self, event: int) -> bool:
         """Whether an event is an impact without speed of what has touched before."""
