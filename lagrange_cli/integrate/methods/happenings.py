@@ -33,6 +33,8 @@ FLAT = 2.0**-12
 """The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
 ULP = {1: 2.0**-52, 2: 2.0**-104}
 """The rounding of numbers of so many parts."""
+ALSO = 64
+"""Impacts that happen at the same time are followed at once, so many at most."""
 ALIKE, BLURRED = 8.0, 2.0**-37
 """Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
 of no account."""
@@ -169,7 +171,13 @@ class Happenings:
         if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
-        return self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        ended = self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
+            other = self._resting.due()
+            if ended is not None or other is None:
+                break
+            ended = self._done(other, sides.coefficients(other)[1 : len(NOTES)], sample)
+        return ended
 
     def _done(self, event: int, rates: Array, sample: int) -> Finished | None:
         """Hand over that an event happens, with the ``rates`` of its argument, and do what it does."""

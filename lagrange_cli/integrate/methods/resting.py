@@ -25,6 +25,8 @@ double-double."""
 SHORT = 2.0**-26, 2.0**-44
 """The same where it is this part of the time, too, in which accelerations change velocities by their size, as
 of others that move on."""
+LAST = 2.0**-6
+"""Of bodies that hit one another, flights of this part of that time are the last ones."""
 SLOW = 256.0
 """Impacts that leave no speed are the last of infinitely many if they have so little, beside what is none."""
 FEW = 4.0
@@ -112,13 +114,17 @@ class Resting:
         self.noise()
         return self._touching.near
 
+    def due(self) -> int | None:
+        """An impact that happens now, the one that comes first."""
+        return self._touching.due(self.noise())
+
     def fastest(self, event: int) -> int:
         """Of impacts that happen now, the one that comes first."""
         return self._touching.fastest(event, self.noise())
 
     def together(self) -> None:
         """Let bodies rest on each other that touch without speed."""
-        for _ in range(2 if self._sides.program.carried else 1):  # what others hold may lead back
+        for _ in range(2):  # what others hold may lead back
             noise, unseen = self.noise(), self._unseen()
             largest = float(np.max(unseen[self._touching.now()], initial=0.0))
             self._touching.rest(np.fmax(noise, unseen), self.at_once.same, largest)
@@ -126,18 +132,24 @@ class Resting:
     def recurs(self) -> bool:
         """Whether infinitely many actions happen at one time, one of them now; flights that rounding may hide
         take none."""
-        time = 0.0
+        time = self._none()
         if self._sides.program.carried:
             back = float(np.max(self._back()[self._touching.now()], initial=0.0))
             time = float(np.sqrt(4.0 * UNSEEN / back)) if back else 0.0
         return self.at_once.recurs(self._sides.now, time)
 
     def _unseen(self) -> Array:
-        """The rates with which arguments leave 0 on flights that rounding may hide (see ``_hidden``)."""
+        """The rates with which arguments leave 0 on flights that take a negligible time, or that rounding may
+        hide (see ``_hidden``)."""
         sides = self._sides
         if not sides.program.carried:
-            return np.zeros(len(sides.modes))
+            return self._back() * self._none()
         return np.sqrt(4.0 * self._back() * UNSEEN * sides.sizes()[:, 0])
+
+    def _none(self) -> float:
+        """Up to which length flights take no time where several bodies hit one another."""
+        several = np.count_nonzero(self._sides.modes[self._touching.now()]) > 1
+        return LAST * self._longest(self.length()) if several else 0.0
 
     def _back(self) -> Array:
         """What leads arguments back to 0."""

@@ -81,12 +81,15 @@ class Touching:
     def fastest(self, event: int, noise: Array) -> int:
         """Of impacts at the same time as an event's, if it is one, too, the fastest beside the ``noise``: the
         others would hit one another very often before it."""
+        found = self.due(noise) if event in self._events.tolist() else None
+        return event if found is None else found
+
+    def due(self, noise: Array) -> int | None:
+        """The fastest impact that happens now."""
         sides, own = self._sides, self._events
-        if event not in own.tolist():
-            return event
         due = np.flatnonzero(self._due(noise))
         if not len(due):
-            return event
+            return None
         with np.errstate(divide="ignore"):
             speeds = np.abs(sides.all_coefficients()[own[due], 1]) / noise[own[due]]
         return int(own[due[np.argmax(speeds)]])
