@@ -116,6 +116,19 @@ def test_a_stack_that_has_come_to_rest_takes_no_short_steps(monkeypatch: pytest.
     assert np.array_equal(speeds[-2], speeds[-1])
 
 
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_members_that_come_to_stick_move_as_one(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From t = 0.93 on. Before, what is behind the digits of their velocities has nothing in common. (Steps
+    on rates would follow differences of one digit, and be half as long.)"""
+    keep_families(monkeypatch, whole=True)
+    text = stack("that are damped", 6, 0.42, 2.71, 1.58, 0.71)
+    motion = followed(ready(text, method=method), text, 3.0)
+    speeds = motion["v/x"]
+    assert np.ptp(speeds[1]) > 0.1
+    assert np.array_equal(speeds[2:], np.repeat(speeds[2:, :1], 6, axis=1))
+    assert motion.outcome.steps <= 30
+
+
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_members_that_stick_move_as_one(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal velocities stay so to the last bit, however unlike masses and forces are. A light block that a

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import count as count_from
 
 import numpy as np
 import pytest
@@ -219,6 +220,29 @@ def test_balls_in_a_box_keep_out_of_each_other(case: int, request: pytest.Fixtur
     assert deepest(motion, width) >= -SAME, text
     energy = energies(motion)
     assert np.diff(energy).max() <= SAME * energy[0], text
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize("case", range(8))
+def test_balls_in_a_box_rest_in_steps_on_rates(case: int, request: pytest.FixtureRequest) -> None:
+    """Flights that rounding hides from values of arguments do not follow one another for ever, and what
+    leaves others while it is a little beyond 0 is not thrown back into them."""
+    source = random.Random(f"{request.config.option.seed} rates {case}")
+    count, width = source.randint(2, 4), source.choice((1.7, 2.5, 3.2))
+    given = {
+        "e": source.choice((0.0, source.uniform(0.0, 0.3))),
+        "count": count, "width": width, "impulse": IMPULSE,
+        "xs": [source.uniform(0.5, width - 0.5) for _ in range(count)],
+        "ys": [0.5 + 1.3 * i + source.uniform(0.0, 0.25) for i in range(count)],
+        "us": [source.uniform(-1.0, 1.0) for _ in range(count)],
+    }  # fmt: skip
+    text = PILE.format(**given)
+    asked = count_from(0)
+    motion = follow(text, 3.0, 61, method="ias15", interrupted=lambda: next(asked) > 5000)
+    assert motion.outcome.ending is Ending.COMPLETE, text
+    assert deepest(motion, width) >= -1e-12, text
+    energy = energies(motion)
+    assert np.diff(energy).max() <= 1e-10 * energy[0], text
 
 
 @pytest.mark.parametrize("at", [2.0, 2.5])

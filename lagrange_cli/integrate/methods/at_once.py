@@ -25,9 +25,10 @@ class AtOnce:
         self._time, self._rates, self._length = -np.inf, np.zeros(count), 0.0
         self._ends = np.full(count, -np.inf)
 
-    def recurs(self, now: float) -> bool:
-        """Whether infinitely many actions happen at one time, one of them now."""
-        self.same = self.same + 1 if self._since(self._latest, now) else 0
+    def recurs(self, now: float, none: float) -> bool:
+        """Whether infinitely many actions happen at one time, one of them now; up to ``none`` is no time."""
+        at_once = now - self._latest <= none or self._since(self._latest, now)
+        self.same = self.same + 1 if at_once else 0
         self._latest = now
         return self.same >= AGAIN * max(1, len(self._rates))
 

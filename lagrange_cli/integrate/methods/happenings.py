@@ -33,6 +33,8 @@ FLAT = 2.0**-12
 """The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
 ULP = {1: 2.0**-52, 2: 2.0**-104}
 """The rounding of numbers of so many parts."""
+ALSO = 64
+"""Impacts that happen at the same time are followed at once, so many at most."""
 ALIKE, BLURRED = 8.0, 2.0**-37
 """Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
 of no account."""
@@ -153,9 +155,8 @@ class Happenings:
         if self._resting.has_jumped(event):
             sides.settling.modes[due] *= -1.0
             return self._recurs(event, sides.now)
-        if sides.leaves_zero(event, self._resting.near(event)) and not sides.at_zero(
-            event
-        ):  # a root of rounding errors
+        near = np.inf if event in self._resting.impacts else self._resting.near(event)
+        if sides.leaves_zero(event, near) and not sides.at_zero(event):  # a root of rounding errors
             sides.settling.mark([due])
             return self._recurs(event, sides.now)
         event = self._resting.fastest(event)
@@ -170,7 +171,13 @@ class Happenings:
         if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
-        return self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        ended = self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
+            other = self._resting.due()
+            if ended is not None or other is None:
+                break
+            ended = self._done(other, sides.coefficients(other)[1 : len(NOTES)], sample)
+        return ended
 
     def _done(self, event: int, rates: Array, sample: int) -> Finished | None:
         """Hand over that an event happens, with the ``rates`` of its argument, and do what it does."""
@@ -232,8 +239,8 @@ class Happenings:
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
         length = self._resting.length()
-        side, rows, (values, sizes) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
-        self._resting.noise(sizes)
+        side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
+        self._resting.noise()
         switches = sides.switches()
         memory = sides.memory.copy()
         if not sides.put(event, values):
@@ -246,8 +253,8 @@ class Happenings:
         sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
-        after, noise = sides.all_coefficients(), self._resting.noise(sizes)
-        least_rate = sides.least_rate()
+        after, noise = sides.all_coefficients(), self._resting.noise()
+        least_rate = float(sides.least_sizes()[1])
         # constraints move all arguments by rounding errors
         moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
         chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
@@ -300,4 +307,4 @@ class Happenings:
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether infinitely many actions happen at one time."""
-        return self._finished(Ending.RECURRING, event) if self._resting.at_once.recurs(now) else None
+        return self._finished(Ending.RECURRING, event) if self._resting.recurs() else None

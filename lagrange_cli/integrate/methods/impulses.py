@@ -32,8 +32,22 @@ FEW = 64
 PATIENCE, LAST = 4, 2.0**-52
 """Where the state is not found to the last digit after so many steps, rounding may change it for ever, by
 this part of it."""
+EXACT = 2.0**-44
+"""What elimination leaves is rounding if it is this part of what constraints are off by."""
 SLIGHTLY = 1e-6
 """Coordinates that were set are moved by this fraction of the state at most, as initial values are."""
+
+
+def least_change(masses: Array, slopes: Array, off: Array) -> Array | None:
+    """The least change, in the metric of the ``masses``, by which constraints with these ``slopes`` get the
+    values that they are ``off`` by; None where elimination does not find it to the last digits."""
+    try:
+        along = np.linalg.solve(masses, slopes.T)
+        found: Array = along @ np.linalg.solve(slopes @ along, off)
+    except np.linalg.LinAlgError:
+        return None
+    left = float(np.max(np.abs(off - slopes @ found), initial=0.0))
+    return found if left <= EXACT * np.max(np.abs(off), initial=0.0) else None
 
 
 class Impulses:
@@ -50,16 +64,16 @@ class Impulses:
             return True
         degrees = self._program.degrees
         high = state[: self._program.rows].copy()
-        for part, first in ((0, 0), (1, degrees)):
-            own = range(first, first + degrees)
+        speeds = all(degrees <= row < 2 * degrees for row in changed)
+        for part, first in ((1, degrees),) if speeds and changed else ((0, 0), (1, degrees)):
+            own = slice(first, first + degrees)
+            free = [row - first for row in range(first, first + degrees) if row not in changed]
             for _ in range(MOST):
-                moved = self._step(high, part, [row - first for row in own if row not in changed])
-                high[first : first + degrees] += moved
-                if not np.max(np.abs(moved), initial=0.0) > NEAR * np.max(np.abs(high), initial=0.0):
-                    break
-            for row in own:
-                if high[row] != state[row]:
-                    self._put(int(rows[row]), float(high[row]))
+                moved = self._step(high, part, free)
+                high[own] += moved
+                if part or not np.max(np.abs(moved), initial=0.0) > NEAR * np.max(np.abs(high), initial=0.0):
+                    break  # of velocities, constraints are linear
+            self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
         return self._polished() and self._stay(state[:degrees], rows, changed)
 
     def _untouched(self, changed: Collection[int]) -> bool:
@@ -76,9 +90,10 @@ class Impulses:
         own = [row for row in changed if row < len(coordinates)]
         return all(abs(self._memory[rows[row]] - coordinates[row]) <= scale for row in own)
 
-    def _put(self, row: int, value: float) -> None:
-        layout = self._layout
-        self._memory[[row, layout.width + row, layout.third + row]] = value, 0.0, 0.0
+    def _put(self, rows: NDArray[np.intp], values: Array) -> None:
+        self._memory[rows] = values
+        for start in (self._layout.width, self._layout.third):
+            self._memory[start + rows] = 0.0
 
     def _step(self, high: Array, part: int, free: list[int]) -> Array:
         """A step of Newton's method for the coordinates (part 0) or velocities (part 1): the change of those
@@ -95,6 +110,11 @@ class Impulses:
                 return change
         matrix = np.zeros((degrees + count,) * 2)
         matrix[tuple(program.places)] = found[2 * count :]
+        change = np.zeros(degrees)
+        least = least_change(matrix[np.ix_(free, free)], matrix[degrees:, free], off)
+        if least is not None:
+            change[free] = least
+            return change
         right = np.concatenate([np.zeros(degrees), off])
         for some in (free, range(degrees)):
             kept = [*some, *range(degrees, degrees + count)]

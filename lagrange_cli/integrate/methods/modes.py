@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from lagrange_cli.integrate.methods.latest import Latest
 from lagrange_cli.integrate.methods.workspace import accelerated
 from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import BEGINNING, Clock
@@ -28,10 +29,9 @@ ROUNDING = 2.0**-44
 
 @dataclass(frozen=True)
 class Seen:
-    """What is known of the series from a state in ``memory`` on: the ``rates`` of the rows, and the first
-    ``coefficients`` of the integrands of those behind the coordinates (rows, orders)."""
+    """What is known of the series from a state on: the ``rates`` of the rows, and the first ``coefficients``
+    of the integrands of those behind the coordinates (rows, orders)."""
 
-    memory: Array
     rates: Array
     coefficients: Array
 
@@ -52,7 +52,7 @@ class Modes:
         marks = self._rows.fresh(self._layout)
         self.marks = memory[marks : marks + count]
         self.count = len(program.guards)
-        self._seen: list[Seen] = []
+        self._seen = Latest[Seen](SEEN)
         settings = memory[self._layout.settings]
         self._at = settings.ctypes.data, constants.ctypes.data
         """Where parameters, modes and constants are."""
@@ -80,18 +80,16 @@ class Modes:
     def _series(self) -> Array:
         """The series from here on; the rates of velocities and integrals."""
         self.prepare()
-        for seen in reversed(self._seen):  # an attempt at other modes, and back
-            if np.array_equal(seen.memory.view(np.int64), self.memory.view(np.int64)):
-                self._here = seen
-                return seen.rates
+        self._here = self._seen.of(self.memory, self._see)  # an attempt at other modes, and back
+        return self._here.rates
+
+    def _see(self) -> Seen:
         rates, _ = accelerated(self.machine, self.constants, self.memory, self._work)
         first, step, term = self.machine.program.series_at
         start = first + step * self._layout.v.start + term
         shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
         coefficients = as_strided(self._work[start:], shape, strides, writeable=False) * ORDERS
-        self._here = Seen(self.memory.copy(), rates, coefficients)
-        self._seen = [*self._seen[1 - SEEN :], self._here]
-        return rates
+        return Seen(rates, coefficients)
 
     def _arguments(self) -> Array:
         """The values of all guards' arguments."""

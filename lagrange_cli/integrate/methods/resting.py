@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.at_once import AtOnce
+from lagrange_cli.integrate.methods.latest import Latest
 from lagrange_cli.integrate.methods.modes import ROUNDING
-from lagrange_cli.integrate.methods.sides import Sides
+from lagrange_cli.integrate.methods.sides import KNOWN, Sides
 from lagrange_cli.integrate.methods.touching import Touching
 from lagrange_cli.native.guards import LOOSE, Role
 from lagrange_cli.native.state import Clock
@@ -21,6 +22,11 @@ if TYPE_CHECKING:
 SOON = 2.0**-30, 2.0**-44
 """If all further impacts take no longer than this part of a step, the motion rests; in doubles and in
 double-double."""
+SHORT = 2.0**-26, 2.0**-44
+"""The same where it is this part of the time, too, in which accelerations change velocities by their size, as
+of others that move on."""
+LAST = 2.0**-6
+"""Of bodies that hit one another, flights of this part of that time are the last ones."""
 SLOW = 256.0
 """Impacts that leave no speed are the last of infinitely many if they have so little, beside what is none."""
 FEW = 4.0
@@ -59,6 +65,7 @@ class Resting:
         self.released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
         self._touching = Touching(sides, self.guards)
+        self._terms = Latest[tuple["Array", "Array"]](KNOWN)
         self.at_once = AtOnce(len(sides.program.events), start, sides.program.parts)
         self.times = sides.memory[sides.guards.times(sides.layout)].reshape(-1, 2)
         """When each event has acted last."""
@@ -74,18 +81,22 @@ class Resting:
         """The length of the last step."""
         return self.at_once.length(float(self._sides.memory[self._sides.layout.at(Clock.STEP)]))
 
-    def noise(self, sizes: Array | None = None) -> Array:
-        """Up to which rates events' arguments are at rest, the terms of which have these ``sizes``."""
-        sides, n = self._sides, self._sides.program.degrees
-        rates, state = (sides.sizes() if sizes is None else sizes)[:, 1], sides.state(sides.memory)
-        rates = np.fmax(rates, sides.least_rate())
-        time = sides.now - self._start
-        state[n : 2 * n] = sides.settling.accelerations() * time
-        gained = sides.act_on(state)[1][:, 1]
+    def noise(self) -> Array:
+        """Up to which rates events' arguments are at rest."""
+        now = self._sides.now
+        time = now - self._start
+        rates, gained = self._terms.of(self._sides.memory, self._rates)
+        self._touching.time = time
         self._touching.near = ROUNDING * time * (rates + gained)
-        return self.at_once.noise(
-            sides.now, rates, gained * min(1.0, self.length() / time) if time else rates
-        )
+        return self.at_once.noise(now, rates, gained * min(1.0, self.length() / time) if time else rates)
+
+    def _rates(self) -> tuple[Array, Array]:
+        """The sizes of the terms of the rates of arguments, and of what they have gained by accelerations."""
+        sides, n = self._sides, self._sides.program.degrees
+        state = sides.state(sides.memory)
+        rates = np.fmax(sides.sizes()[:, 1], sides.least_sizes()[1])
+        state[n : 2 * n] = sides.settling.accelerations() * (sides.now - self._start)
+        return rates, sides.act_on(state)[1][:, 1]
 
     def has_jumped(self, event: int) -> bool:
         """Whether an argument is beyond 0 because it jumps, not by rounding."""
@@ -103,13 +114,46 @@ class Resting:
         self.noise()
         return self._touching.near
 
+    def due(self) -> int | None:
+        """An impact that happens now, the one that comes first."""
+        return self._touching.due(self.noise())
+
     def fastest(self, event: int) -> int:
         """Of impacts that happen now, the one that comes first."""
         return self._touching.fastest(event, self.noise())
 
     def together(self) -> None:
         """Let bodies rest on each other that touch without speed."""
-        self._touching.rest(self.noise(), self.at_once.same)
+        for _ in range(2):  # what others hold may lead back
+            noise, unseen = self.noise(), self._unseen()
+            largest = float(np.max(unseen[self._touching.now()], initial=0.0))
+            self._touching.rest(np.fmax(noise, unseen), self.at_once.same, largest)
+
+    def recurs(self) -> bool:
+        """Whether infinitely many actions happen at one time, one of them now; flights that rounding may hide
+        take none."""
+        time = self._none()
+        if self._sides.program.carried:
+            back = float(np.max(self._back()[self._touching.now()], initial=0.0))
+            time = float(np.sqrt(4.0 * UNSEEN / back)) if back else 0.0
+        return self.at_once.recurs(self._sides.now, time)
+
+    def _unseen(self) -> Array:
+        """The rates with which arguments leave 0 on flights that take a negligible time, or that rounding may
+        hide (see ``_hidden``)."""
+        sides = self._sides
+        if not sides.program.carried:
+            return self._back() * self._none()
+        return np.sqrt(4.0 * self._back() * UNSEEN * sides.sizes()[:, 0])
+
+    def _none(self) -> float:
+        """Up to which length flights take no time where several bodies hit one another."""
+        several = np.count_nonzero(self._sides.modes[self._touching.now()]) > 1
+        return LAST * self._longest(self.length()) if several else 0.0
+
+    def _back(self) -> Array:
+        """What leads arguments back to 0."""
+        return np.fmax(-self._sides.all_coefficients()[:, 2] * self._sides.modes, 0.0)
 
     def touches(self, event: int) -> bool:
         """Whether an event is an impact without speed of what has touched before."""
@@ -150,13 +194,21 @@ class Resting:
             return sides.now if 0.0 < abs(left) <= abs(impact.speed) <= SLOW * impact.noise else None
         if 0.0 < flight < since and sides.side(event) == impact.side:
             remaining = float(flight / (1.0 - flight / since))
-            longest = SOON[sides.program.parts - 1] * min(impact.length, sides.now - self._start)
-            if remaining <= longest or self._hidden(impact, left, bend):
+            if remaining <= self._longest(impact.length) or self._hidden(impact, left, bend):
                 ends = sides.now + remaining
                 self._stop(impact, above, left)
                 self.hold(event, impact.side)
                 return ends
         return None
+
+    def _longest(self, length: float) -> float:
+        """How long all further impacts may take, beside a step of this ``length``."""
+        sides, which = self._sides, self._sides.program.parts - 1
+        length = min(length, sides.now - self._start)
+        pull = float(np.max(np.abs(sides.settling.accelerations())))
+        speed = float(np.max(np.abs(sides.memory[sides.layout.part(0)][sides.layout.v])))
+        usual = min(length, speed / pull) if pull else length
+        return max(SOON[which] * length, SHORT[which] * usual)
 
     def _hidden(self, impact: Impact, left: float, bend: float) -> bool:
         """Whether rounding may hide the next flight, which begins with the speed ``left``."""

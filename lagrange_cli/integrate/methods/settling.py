@@ -186,6 +186,8 @@ class Settling(Sliding):
         for j in still:
             if values[j] != 0.0:
                 self._take_to(j, 0.0)
+        if still:
+            self._move_as_one()
         self.let_rest(free)
         entered = [j for j in entered if self.modes[j] != 0.0]
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``

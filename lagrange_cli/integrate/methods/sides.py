@@ -10,11 +10,14 @@ import numpy as np
 from lagrange_cli.integrate.arrays import at_one_state
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.methods.impulses import Impulses
+from lagrange_cli.integrate.methods.latest import Latest
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.native.state import Clock
 
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+KNOWN = 4
+"""What actions set is kept for so many states."""
 COUPLED = 1.0
 """Impulses of constraints leave this part of the rounding errors of the largest velocity in all others: they
 add up along chains."""
@@ -45,6 +48,7 @@ class Sides:
         """The marks of all events."""
         self.directions = np.array([one[0] for one in program.events])
         """Those in which their arguments' signs must change; 0 for any."""
+        self._known = Latest["Array"](KNOWN)
         self.sets: dict[int, list[tuple[int, int]]] = {}
         """By events with actions: the numbers and places of what they set."""
         for i, (event, place) in enumerate(program.changed):
@@ -119,12 +123,14 @@ class Sides:
         """The sizes of arguments now (events, 2)."""
         return self.act_on(self.state(self.memory))[1]
 
-    def least_rate(self) -> float:
-        """The size of rates whose rounding errors all events may have: where impulses of constraints couple
-        velocities, those of the largest."""
+    def least_sizes(self) -> Array:
+        """The sizes of values and rates (2,) whose rounding errors all events may have: where constraints
+        couple coordinates and velocities, those of the largest."""
         if not self.program.constraints:
-            return 0.0
-        return COUPLED * float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v]), initial=0.0))
+            return np.zeros(2)
+        state = np.abs(self.memory[self.layout.part(0)])
+        largest = (np.max(state[own], initial=0.0) for own in (self.layout.q, self.layout.v))
+        return COUPLED * np.array([*largest])
 
     def _masses(self) -> Array:
         """The present values of the masses that actions change."""
@@ -144,10 +150,14 @@ class Sides:
 
     def _acted(self, state: Array) -> Array:
         """All that ``@act`` computes (parts, values)."""
-        machine, program = self.settling.machine, self.program
-        assert machine.act is not None
         when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
         self.settling.prepare()
+        given = np.concatenate([when, self.memory[self.layout.settings], state])
+        return self._known.of(given, lambda: self._computed(when, state))
+
+    def _computed(self, when: Array, state: Array) -> Array:
+        machine, program = self.settling.machine, self.program
+        assert machine.act is not None
         count = program.parts * program.acted
         found = at_one_state(machine.act, self.settling.constants, when, state, count)
         return found.reshape(program.parts, -1)

@@ -119,6 +119,15 @@ class Sliding(Drag):
         for begin in (0, layout.width, layout.third)[: self.machine.program.parts + 1]:
             self.memory[begin:][layout.v][stopped] = 0.0
 
+    def _move_as_one(self) -> None:
+        """Let velocities that are equal be so with all that is behind their digits: what sticks to something
+        would differ from it in the last digit now and then, and steps on rates would follow that."""
+        layout, parts = self._layout, self.machine.program.parts
+        starts = (0, layout.width, layout.third)[: parts + 1]
+        high, *low, rest = (self.memory[start:][layout.v] for start in starts)
+        _, alike = np.unique(high + 1j * low[0] if low else high, return_inverse=True)
+        rest[np.bincount(alike)[alike] > 1] = 0.0
+
     def _stop_at(self, j: int) -> None:
         """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
         which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of

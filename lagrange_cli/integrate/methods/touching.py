@@ -54,18 +54,24 @@ class Touching:
         self._sides, self._settling = sides, sides.settling
         self._events = np.array([*guards], dtype=np.intp)
         self._rests = np.array([*guards.values()], dtype=np.intp)
+        self.time = 0.0
+        """How long the motion takes until now."""
         self.near = np.zeros(len(sides.program.events))
         """How far from 0 arguments are by rounding, at most: besides what their own terms tell."""
         self._rows = [sides.guards.guards[one].row for one in guards.values()]
 
-    def rest(self, noise: Array, same: int) -> None:
+    def rest(self, noise: Array, same: int, unseen: float = 0.0) -> None:
         """Let bodies rest on each other that touch, where relative velocities are no more than ``noise`` (all
-        events,), unless others hit each other yet: ``same`` impacts have been at this time."""
+        events,), unless others hit each other yet: ``same`` impacts have been at this time. Flights that
+        begin with an ``unseen`` one may be hidden by rounding."""
         if not len(self._events):
             return
-        if np.any(self._due(noise)):
+        due = self._due(noise)
+        if np.any(due):
             count = int(np.count_nonzero(self._at_zero()))
-            if not same > EACH * count * (MORE + count) or not self._collapse(noise):
+            seen = np.abs(self._sides.all_coefficients()[self._events[due], 1]) > unseen
+            often = EACH * count * (MORE + count) if np.any(seen) else count
+            if not same > often or not self._collapse(noise):
                 return
         pressed = self._pressed(noise)
         if len(pressed.events):
@@ -75,12 +81,15 @@ class Touching:
     def fastest(self, event: int, noise: Array) -> int:
         """Of impacts at the same time as an event's, if it is one, too, the fastest beside the ``noise``: the
         others would hit one another very often before it."""
+        found = self.due(noise) if event in self._events.tolist() else None
+        return event if found is None else found
+
+    def due(self, noise: Array) -> int | None:
+        """The fastest impact that happens now."""
         sides, own = self._sides, self._events
-        if event not in own.tolist():
-            return event
         due = np.flatnonzero(self._due(noise))
         if not len(due):
-            return event
+            return None
         with np.errstate(divide="ignore"):
             speeds = np.abs(sides.all_coefficients()[own[due], 1]) / noise[own[due]]
         return int(own[due[np.argmax(speeds)]])
@@ -88,9 +97,17 @@ class Touching:
     def _due(self, noise: Array) -> NDArray[np.bool_]:
         """Which impacts happen now."""
         sides, own = self._sides, self._events
-        towards = sides.all_coefficients()[own, 1] * sides.modes[own] < -noise[own]
-        found: NDArray[np.bool_] = towards & (sides.modes[own] * sides.directions[own] <= 0.0)
-        return found & self._at_zero()
+        values, rates = sides.all_coefficients()[own, :2].T
+        found: NDArray[np.bool_] = rates * sides.modes[own] < -noise[own]
+        found &= sides.modes[own] * sides.directions[own] <= 0.0
+        reached = np.fmax(LEFT * sides.sizes()[own, 0], ROUNDING * self.time * np.abs(rates))
+        found &= self._at_zero() & ((sides.marks[own] > 0.0) | (np.abs(values) <= reached))
+        return found
+
+    def now(self) -> NDArray[np.intp]:
+        """The contacts' events whose arguments are 0 but for rounding."""
+        found: NDArray[np.intp] = self._events[self._at_zero()]
+        return found
 
     def _at_zero(self) -> NDArray[np.bool_]:
         """Where the arguments of contacts' events are 0 but for rounding."""
@@ -192,7 +209,8 @@ class Touching:
         for _ in range(REPEATED):
             off = sides.all_coefficients()[own, :2]
             off[self._settling.modes[self._rests[pressed.events]] == 0.0, 0] = 0.0
-            chosen = np.flatnonzero(np.any(np.abs(off) > LEFT * sides.sizes()[own], axis=1))
+            least = LEFT * np.fmax(sides.sizes()[own], sides.least_sizes())
+            chosen = np.flatnonzero(np.any(np.abs(off) > least, axis=1))
             if not len(chosen):
                 return
             pushes = Pushes(sides, own, pressed.sides, self._usual(noise[own]))

@@ -229,11 +229,19 @@ class Happenings {
       this.hold(e, impact.side);
     } else if (flight > 0 && flight < since && this.side(e) === impact.side) {
       const remaining = flight / (1 - flight / since);
-      if (remaining <= SOON * Math.min(impact.length, this.settling.now - this.start)) {
+      if (remaining <= this.longest(Math.min(impact.length, this.settling.now - this.start))) {
         this.stopAt(impact, above, left);
         this.hold(e, impact.side);
       }
     }
+  }
+
+  // How long all further impacts may take, beside a step of this length.
+  longest(length) {
+    const { layout, memory } = this, largest = (values) => Math.max(0, ...values.map(Math.abs));
+    const pull = largest(this.settling.series().slice(0, layout.v));
+    const speed = largest(memory.subarray(layout.v, 2 * layout.v));
+    return Math.max(SOON * length, SHORT * (pull ? Math.min(length, speed / pull) : length));
   }
 
   // Take the speed that is `left` away, in the direction of the impact, and put the motion where the argument is

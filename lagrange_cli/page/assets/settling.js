@@ -5,7 +5,7 @@ const DERIVATIVES = 6;
 const ROUNDING = 2 ** -44;      // a derivative that is so small beside the terms of the others is rounding
 const HELD = 1 + 2 ** -40;      // multipliers up to this hold the motion
 const JUMP = 2 ** -20;
-const SOON = 2 ** -30;
+const SOON = 2 ** -30, SHORT = 2 ** -26;
 const ROUNDED = 1e-16;          // the square of a jump that is rounding (`mechanics/cuts.py`)
 const CHANGES = 64;
 const ATTEMPTS = 8, ROUNDS = 8;
