@@ -213,3 +213,21 @@ def test_other_numbers_are_other_equations() -> None:
     changed, free = text.replace("a: [1, 2]", "a: [1, 0]"), text.replace("k: 2", "k: 3")
     key, other, same = (key_of(read_spec(one, "system.yaml"), asked) for one in (text, changed, free))
     assert key == same != other
+
+
+@pytest.mark.parametrize("index", ["a[n]", "a[(n + 1) % B]", "a[a[n]]", "end[a[n], 0]"])
+def test_lookups_need_no_quotes_in_lists_and_braces(index: str) -> None:
+    """YAML has a meaning for brackets; those of indices are not its own, in one another either."""
+    text = f"""\
+sizes: {{N: 3, B: 3}}
+parameters: {{a: [2, 0, 1], end[n in range(3), m in range(2)]: n}}
+coordinates: {{x[i in range(N)]: {{initial: i}}}}
+masses: {{p[n in range(B)]: 1}}
+embedding: {{p[n in range(B)]: [x[{index}], 0]}}
+forces:
+  p[n in range(B)]: [-x[{index}], -2*x_dot[{index}]]
+"""
+    quoted = text.replace(f"[x[{index}], 0]", f"['x[{index}]', 0]")
+    quoted = quoted.replace(f"[-x[{index}], -2*x_dot[{index}]]", f"['-x[{index}]', '-2*x_dot[{index}]']")
+    found, expected = (followed(one, OUTPUTS)[1].data for one in (text, quoted))
+    alike(found, expected, 0.0)
