@@ -16,8 +16,8 @@ from lagrange_cli.symbolic.order import Role
 
 
 class Loops(Atom):  # type: ignore[misc]
-    """Loops around one another, the outermost first. Sympy keeps what it has computed of those that are equal:
-    they have the same text, and the same numbers in tables."""
+    """Loops around one another, the outermost first. Sympy keeps what it has computed of those that are
+    equal, which have the same text and the same numbers in tables."""
 
     __slots__ = ("loops", "numbers", "text")
     is_commutative = True

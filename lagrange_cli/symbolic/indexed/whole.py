@@ -69,7 +69,10 @@ class Operation:
 
     def value(self, values: Values) -> Any:
         """The number, or the array of numbers."""
-        return (OPERATIONS | EXTREMES)[self.operator](self.left.value(values), self.right.value(values))
+        from lagrange_cli.expression.index_arrays import raised
+
+        operate = raised if self.operator == "**" else (OPERATIONS | EXTREMES)[self.operator]
+        return operate(self.left.value(values), self.right.value(values))
 
     def span(self, spans: Spans) -> Span:
         """Bounds of its values."""
