@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.families import system as systems
 from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed
 from lagrange_cli.run.verification import verify_families
@@ -68,3 +69,10 @@ def test_what_acts_on_some_members_acts_on_them_alone(
     apart, expected = followed(text, OUTPUTS)
     assert together.machine.program.loops and not apart.machine.program.loops
     alike(motion.data, expected.data, 2.0**-40)
+
+
+def test_forces_that_are_not_printed_with_indices_are_said_to_be_the_reason() -> None:
+    head = PARTICLES.replace("forces:\n", "")
+    text = f"{HEAD}{head}generalized_forces: {{x[i in range(N)]: 'where(x[(i + 1) % N] > 0, 1, -1)*t'}}\n"
+    with pytest.raises(UsageError, match="its forces are of a kind that is not printed with indices"):
+        derive_printed(read_spec(text, "system.yaml"), "lagrange", indexed=True)
