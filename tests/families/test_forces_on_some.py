@@ -73,6 +73,6 @@ def test_what_acts_on_some_members_acts_on_them_alone(
 
 def test_forces_that_are_not_printed_with_indices_are_said_to_be_the_reason() -> None:
     head = PARTICLES.replace("forces:\n", "")
-    text = f"{HEAD}{head}generalized_forces: {{x[i in range(N)]: 'where(x[(i + 1) % N] > 0, 1, -1)*t'}}\n"
+    text = f"{HEAD}{head}generalized_forces: {{x[i in range(N)]: 'where(x[i//2] > 0, 1, -1)*t'}}\n"
     with pytest.raises(UsageError, match="its forces are of a kind that is not printed with indices"):
         derive_printed(read_spec(text, "system.yaml"), "lagrange", indexed=True)
