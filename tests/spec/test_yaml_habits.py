@@ -113,3 +113,26 @@ def test_conditions_of_sums_on_what_is_no_index_say_how_they_are_written(conditi
     )
     (found,) = problems(text)
     assert "lists of whole numbers are parameters" in found.hint and "where(condition, a, b)" in found.hint
+
+
+LISTS = [
+    (
+        "[[2, -1], [-1, 2]]",
+        "is a list of lists",
+        "write one list, [2, -1, -1, 2], whose item 2*i + j is that of",
+    ),
+    ("1, 2, 3, 4", "is a list without brackets", "write [1, 2, 3, 4]"),
+    ("1, 2, 3", "expected a scalar in parameter 'a', found a vector", "write a list, [1, 2, 3]"),
+    ("(1, 2)", "expected a scalar in parameter 'a', found a vector", "write a list, [1, 2]"),
+]
+
+
+@pytest.mark.parametrize(("value", "message", "hint"), LISTS)
+def test_lists_that_are_none_say_how_they_are_written(value, message, hint):
+    (found,) = problems(changed("  m: 1", f"  m: 1\n  a: {value}"))
+    assert message in found.message and hint in found.hint and found.line == 4
+
+
+def test_the_number_of_members_is_no_length():
+    text = "parameters: {m: [1, 2]}\ncoordinates: {'x[i in range(len(m))]': {initial: 1}}\nlagrangian: 1\n"
+    assert "the number of members is a number or one of the sizes" in problems(text)[0].hint
