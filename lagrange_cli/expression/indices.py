@@ -120,11 +120,10 @@ def _operand(tree: Tree, indices: Indices) -> int:
         if not tree.indices and tree.identifier in indices:
             return indices[tree.identifier]
         known = sorted(indices)
-        raise ExpressionError(
-            tree.span,
-            f"'{tree.identifier}' is neither an index nor a size here",
-            near_hint(tree.identifier, known) or known_hint(known) or _MADE_OF,
-        )
+        hint = near_hint(tree.identifier, known) or known_hint(known) or _MADE_OF
+        if tree.indices:
+            hint = "lists of whole numbers are parameters; write where(condition, a, b) for other conditions"
+        raise ExpressionError(tree.span, f"'{tree.identifier}' is neither an index nor a size here", hint)
     if isinstance(tree, Lookup):
         return _looked_up(tree, indices)
     if isinstance(tree, Negative):

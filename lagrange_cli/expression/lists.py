@@ -51,18 +51,39 @@ class Lists(Cursor, ABC):
             found.append(self.missing())
         return found, comma
 
-    def sum_hint(self, token: Token) -> str:
-        """How to write a sum, where a loop stands in the parentheses of something else."""
+    def enclosing(self, token: Token) -> int:
+        """The place in the text of the innermost bracket that is open before a token; -1 if there is none."""
         before, depth = self.text[: token.span.start - self.offset], 0
         for place in range(len(before) - 1, -1, -1):
             depth += (before[place] in ")]") - (before[place] in "([")
             if depth < 0:
-                called = re.search(r"[^\W\d][\w.]*\s*$", before[:place])
-                name = called.group().strip() if called else ""
-                if name.lower() in ("prod", "product"):
-                    return "there are no products over an index: write the factors out, or exp(sum(log(...)))"
-                return f"write sum(...) for {name}(...)" if name not in ("", *CALLABLE) else EXAMPLE
-        return EXAMPLE
+                return place
+        return -1
+
+    def closes(self, place: int) -> bool:
+        """Whether the bracket at a place in the text has its counterpart."""
+        depth = 0
+        for character in self.text[place + 1 :]:
+            depth += (character in "([") - (character in ")]")
+            if depth < 0:
+                return character == _CLOSES[self.text[place]]
+        return False
+
+    def loop_outside(self, token: Token) -> None:
+        """Report a loop that no sum has: in the parentheses of something else, or in an open index."""
+        place = self.enclosing(token)
+        called = re.search(r"[^\W\d][\w.]*\s*$", self.text[: max(place, 0)])
+        if called and self.text[place] == "[" and not self.closes(place):
+            start = place + self.offset
+            self.refuse(Span(start, start + 1), "unclosed '['", "add a ']'")
+            return
+        name = called.group().strip() if called else ""
+        hint = EXAMPLE
+        if name.lower() in ("prod", "product"):
+            hint = "there are no products over an index: write the factors out, or exp(sum(log(...)))"
+        elif name not in ("", *CALLABLE):
+            hint = f"write sum(...) for {name}(...)"
+        self.refuse(token.span, f"'{token.text}' outside a sum", hint)
 
     def unexpected(self, found: list[Tree]) -> None:
         """Report a token that cannot stand after an expression, and skip it."""
@@ -78,7 +99,7 @@ class Lists(Cursor, ABC):
         elif token.text == "else":
             self.refuse(token.span, "'else' is not allowed", f"write {WHERE_EXAMPLE}")
         elif token.kind == "word" and token.text in ("for", "in"):
-            self.refuse(token.span, f"'{token.text}' outside a sum", self.sum_hint(token))
+            self.loop_outside(token)
         elif token.kind == "word":
             self.refuse(token.span, "condition outside 'where' and a sum", CONDITION_HINT)
         elif self.sees("["):

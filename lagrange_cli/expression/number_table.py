@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.vocabulary import member_name
@@ -47,7 +48,7 @@ class NumberTable:
         places = zip(*(one.tolist() for one in self.given.nonzero()))
         return {place if len(place) > 1 else place[0]: int(self.numbers[place]) for place in places}
 
-    @property
+    @cached_property
     def in_structure(self) -> tuple[str, tuple[int, ...], str]:
         """What identifies it: equations depend on its numbers."""
         from hashlib import sha256

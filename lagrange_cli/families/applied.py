@@ -96,14 +96,13 @@ def on_bodies(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
         if family.name not in builder.bodies:
             raise Unsuited
         torques, bodies = group_of(family, written), builder.bodies[family.name]
-        if bodies.group.family.members != family.members:
-            raise Unsuited
-        for which in alike(torques, bodies.group):
+        own = among(family, bodies.group.family)
+        for which in alike(torques, bodies.group, own):
             domain = Domain(len(which))
             torque = builder.value(*torques.members(which, builder.sizes, domain))
             if not isinstance(torque, tuple):
                 raise Unsuited
-            for axis in bodies.turned(builder, which, domain).turning.axes:
+            for axis in bodies.turned(builder, own[which], domain).turning.axes:
                 for force, x in zip(cross(torque, axis), axis, strict=True):
                     for symbol, slot in builder.slots.inside(x):
                         if slot.array is builder.q:
@@ -119,9 +118,8 @@ def on_particles(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]) -> 
         if family.name not in builder.positions:
             raise Unsuited
         forces, positions = group_of(family, written), builder.positions[family.name]
-        if positions.family.members != family.members:
-            raise Unsuited
-        for _, domain, given, place in builder.with_places(forces, positions):
+        own = among(family, positions.family)
+        for _, domain, given, place in builder.with_places(forces, positions, own):
             pairs = [(one if isinstance(one, tuple) else (one,)) for one in (given, place)]
             for component, x in zip(*pairs, strict=True):
                 for symbol, slot in builder.slots.inside(x):

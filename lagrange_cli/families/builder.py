@@ -204,16 +204,18 @@ class FamilyBuilder(ArrayBuilder):
 
         return of_each_kind(own, alike)
 
-    def with_places(self, group: Group, positions: Group) -> Iterator[tuple[Places, Domain, Any, Any]]:
+    def with_places(
+        self, group: Group, positions: Group, own: Places | None = None
+    ) -> Iterator[tuple[Places, Domain, Any, Any]]:
         """The values of the members of a group and the places of the same particles, of each kind by itself:
-        which they are, and their domain."""
+        which they are, and their domain. ``own`` says which particles they are, if they are not all."""
 
         def made(which: Places) -> tuple[Places, Domain, Any, Any]:
             domain = Domain(len(which))
             value = self.value(*group.members(which, self.sizes, domain))
-            return which, domain, value, self.member(positions, which, domain)
+            return which, domain, value, self.member(positions, which if own is None else own[which], domain)
 
-        for some in alike(group, positions):
+        for some in alike(group, positions, own):
             yield from of_each_kind(some, made)
 
     def added(self, count: int, terms: Sequence[Term], tree: Tree | None = None) -> Total:

@@ -149,9 +149,10 @@ def particle_families(spec: Spec) -> Mapping[str, Family]:
     return {**spec.families.get("masses", {}), **spec.families.get("embedding", {})}
 
 
-def alike(one: Group, other: Group) -> Iterator[Places]:
-    """The members of two groups in parts that are alike in both."""
-    labels = one.labels * (int(other.labels.max()) + 1) + other.labels
+def alike(one: Group, other: Group, own: Places | None = None) -> Iterator[Places]:
+    """The members of a group in parts that are alike in it and in another group, of which they are members,
+    too: all, or those of the numbers ``own``."""
+    labels = one.labels * (int(other.labels.max()) + 1) + (other.labels if own is None else other.labels[own])
     for label in np.unique(labels):
         yield np.flatnonzero(labels == label)
 

@@ -243,8 +243,9 @@ def pushes(builder: InSpace) -> Iterator[tuple[Axis, Term]]:
     written = spec.forces.get(ON_PARTICLES, {})
     for family in grouped(written, {**particle_families(spec), **spec.families.get(ON_PARTICLES, {})}):
         forces, positions = group_of(family, written), builder.positions[family.name]
-        for which in alike(forces, positions):
+        own = among(family, positions.family)
+        for which in alike(forces, positions, own):
             domain = Domain(len(which))
             given = builder.value(*forces.members(which, builder.sizes, domain))
             for axis, force in enumerate(given if isinstance(given, tuple) else (given,)):
-                yield (family.name, axis), Term(domain, force, which)
+                yield (family.name, axis), Term(domain, force, own[which])

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -143,7 +144,9 @@ def guesses(new: Spec, values: Values) -> list[float]:
 
     found = next(iter(new.replaced.values()))
     open_ = replace(new, constraints={"": found}, masses={})  # with a constraint none need be given
-    texts = {name: repr(x) for name, x in values.parameters.items()}
+    texts = {
+        name: repr(x) for name, x in values.parameters.items() if family_name(name) not in new.tables
+    }  # those in tables are not set
     _, q, _, _ = evaluate_run(open_, texts, NumberAlgebra(), {})
     return [x if one.initial is not None else 1.0 for x, one in zip(q, new.coordinates)]
 

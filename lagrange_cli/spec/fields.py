@@ -75,12 +75,30 @@ def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None
     return _parsed((node,), where, problems)
 
 
+LONGEST_LIST = 40
+"""Characters of a list that are shown in a hint."""
+
+
 def read_list(node: Node, where: str, problems: Problems) -> Expression | tuple[Expression, ...] | None:
     """An expression, or a list of expressions."""
     if not isinstance(node, nodes.Sequence):
+        if isinstance(node, Scalar) and len(node.text.split(",")) > 3 and "(" not in node.text:
+            problems.add(node.place, f"{where} is a list without brackets", f"write [{node.text}]")
+            return None
         return read_scalar(node, where, problems)
     if not node.items:
         problems.add(node.place, f"the list of {where} is empty", "write [1.0, 2.0]")
+        return None
+    if any(isinstance(item, nodes.Sequence) for item in node.items):
+        inner = [one for item in node.items if isinstance(item, nodes.Sequence) for one in item.items]
+        texts = ", ".join(one.text.strip() for one in inner if isinstance(one, Scalar))
+        texts = texts if len(texts) <= LONGEST_LIST else f"{texts[:LONGEST_LIST]}..."
+        width = max(len(item.items) for item in node.items if isinstance(item, nodes.Sequence))
+        problems.add(
+            node.place,
+            f"{where} is a list of lists",
+            f"write one list, [{texts}], whose item {width}*i + j is that of row i and column j",
+        )
         return None
     items = [read_scalar(item, f"{where}, item {number}", problems) for number, item in enumerate(node.items)]
     found = tuple(item for item in items if item is not None)

@@ -29,6 +29,8 @@ _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = "[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 """Compiled only for files that have characters that do not print: it takes longer than to read most files."""
 _INDEXED = re.compile(r"(?<=\w)\[[^][\n]*\]")
+_LOOKUPS = 8
+"""How deep the brackets of indices may be in one another, as in ``x[a[n]]``."""
 _KEY = re.compile(r"[^\W\d]\w*(?:\s*(?:\[|=|$)|\s+\w)")
 """What a key begins with, right or wrong: a name, a family, ``name=value``, or words."""
 _GUARDED = {ord("["): 0xE000, ord("]"): 0xE001, ord(","): 0xE002}  # to characters without a meaning
@@ -155,7 +157,10 @@ class _Composer:
         # reads, other characters stand in their place.
         text, self.guarded = source.text, not any(chr(own) in source.text for own in _UNGUARDED)
         if self.guarded:
-            text = _INDEXED.sub(lambda match: match.group().translate(_GUARDED), text)
+            for _ in range(_LOOKUPS):
+                text, found = _INDEXED.subn(lambda match: match.group().translate(_GUARDED), text)
+                if not found:
+                    break
         self.events: Iterator[Any] = yaml.parse(text, Loader=loader)
         self.anchors: dict[str, Node] = {}
         self.size = 0

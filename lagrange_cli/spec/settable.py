@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.confusions import rate_of, romanized
 from lagrange_cli.expression.indices import integer
@@ -33,7 +35,7 @@ def settable(spec: Spec, name: str, asked: str) -> str:
         try:
             tree = parse(name)
             if isinstance(tree, Name) and tree.indices:
-                found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
+                found = member_name(tree.identifier, indices_of(spec, tree))
         except ExpressionError as error:
             raise wrong_usage(asked, error) from error
     if family_name(found) in spec.tables:
@@ -43,6 +45,16 @@ def settable(spec: Spec, name: str, asked: str) -> str:
         known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
         raise UsageError(f"{asked}: {unsettable(spec, found, asked.partition('=')[2], known)}")
     return found
+
+
+def indices_of(spec: Spec, name: Name) -> list[int]:
+    """The indices of a member, which may be looked up. Raises ``ExpressionError``."""
+    trees: Iterable[Tree] = name.indices
+    if spec.tables:
+        from lagrange_cli.spec.lookups import with_found
+
+        trees = [with_found(one, lambda name: spec.tables.get(name.identifier), True) for one in trees]
+    return [integer(one, spec.sizes) for one in trees]
 
 
 def unsettable(spec: Spec, name: str, value: str, known: list[str]) -> str:

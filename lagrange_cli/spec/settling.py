@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.near import shown
-from lagrange_cli.expression.syntax import names, plain_names
+from lagrange_cli.expression.syntax import Vector, names, plain_names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.content import groups_of
@@ -38,12 +38,19 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
         names.problems.add_once(
             expression.place,
             f"expected a scalar in {where}, found a vector",
-            "vectors are written under 'definitions'"
+            f"write a list, [{', '.join(vector_items(expression))}]; or write vectors under 'definitions'"
             if section == "parameters"
             else vector_hint(names, expression),
         )
         names.problems.distrust(expression.tree)
     return kinds
+
+
+def vector_items(expression: Expression) -> list[str]:
+    """The components of a vector as they are written, if it is a plain one; else an example."""
+    tree = expression.tree
+    items = tree.items if isinstance(tree, Vector) else ()
+    return [expression.text[one.span.start : one.span.stop] for one in items] or ["1", "2"]
 
 
 def vector_hint(known: Names, expression: Expression) -> str:

@@ -14,6 +14,7 @@ from lagrange_cli.spec.content import by_name, groups_by_name
 from lagrange_cli.spec.event import Event
 from lagrange_cli.spec.events.readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
+from lagrange_cli.spec.lookups import changed
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.nodes import Scalar
@@ -40,6 +41,7 @@ def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
     problems = Problems(source)
     names = names_of(spec, problems)
     when = read_when(Scalar(Passage(source, text, (0, 0), (0, len(text))), False), SURFACE, problems)
+    when = changed(when, lambda name: spec.tables.get(name.identifier), problems)
     if when is not None and problems.trusts(when.tree):
         check_scalar(names, when, "events", SURFACE)
         kinds, _ = names.check(when, "events", SURFACE)

@@ -187,10 +187,14 @@ def _unknown_key(
         meant, hint = "velocity", "write 'velocity'"
     else:
         meant, hint = table.meant(text)
+        if above and hint:
+            problems.broken.add(text)
+            meant, hint = "", f"{hint}, or indent it, if it belongs to '{above}'"
     if not hint:
         meant = table.near(text)
         hint = f"did you mean '{meant}'?" if meant else known_hint(table.keys)
         if above and not meant:
+            problems.broken.add(text)  # it may be used elsewhere
             hint = f"indent it, if it belongs to '{above}'"
     problems.add(key.place, f"unknown key {shown(text)}{f' in {where}' if where else ''}", hint)
     return meant

@@ -18,6 +18,8 @@ _KEY = re.compile(
     r"\s*(?P<value>[^#]*?)\s*(?:#.*)?$"
 )
 """A line with a key, or with a possible key."""
+_NESTED = re.compile(r"(\w+): +(\w+)$")
+"""Two keys in a row, before a second colon."""
 _STRANGE_SPACE = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]")
 """A space that YAML takes for a letter, such as one that keeps words together."""
 _LONGEST = 200
@@ -77,6 +79,9 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     if misplaced and (cause := _line_before(source, line)):
         line, column, problem, hint = cause
         context = None
+    nested = _NESTED.search(source.lines[line][:column][-_LONGEST:]) if character == ":" else None
+    if nested and "',' or '}'" in problem:
+        hint = f"put what belongs to '{nested[1]}' in braces, as in {nested[1]}: {{{nested[2]}: ...}}"
     if problem.startswith("did not find expected ',' or") and source.lines[line][column:].startswith("for "):
         hint = "put the item with its loop in quotes, or write its list in parentheses: (a, b) for i in ..."
     if context and "flow" in context and opened is not None and opened.line < line:

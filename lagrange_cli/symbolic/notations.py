@@ -199,24 +199,17 @@ class IndexedSympy(OfSympy):
 RELATIONS = {"==": "Eq", "!=": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
 
 
-RESERVED = frozenset(
-    {
-        "q",
-        "v",
-        "a",
-        "parameters",
-        "multipliers",
-        "values",
-        "paths",
-        "range",
-        "sum",
-        "len",
-        "tuple",
-        "zip",
-        "PLACES",
-    }
+_OF_MODULES = (
+    "q v a p parameters multipliers values rows place paths sum len tuple zip map print float solution "
+    "kinetic_energy potential_energy lagrangian momenta energy_function generalized_forces equations "
+    "accelerations unknowns constraints constraint_rates masses mass_matrix force torques velocities "
+    "momentum_rates hamiltonian events COORDINATES PARAMETERS CONSTRAINTS EVENTS DIRECTIONS PLACES "
+    "EVENT_PLACES"
 )
-"""Names that the functions of a Python module use themselves."""
+RESERVED = frozenset(_OF_MODULES.split())
+"""Names that a Python module uses itself: those of its functions, and those in them."""
+OF_LOOPS = frozenset({"for", "in", "range", "if", "and", "or", "not", "min", "max", "abs"})
+"""Words of loops and indices that mean in Python what they mean here."""
 
 
 def python_name(name: str) -> str:
@@ -225,8 +218,10 @@ def python_name(name: str) -> str:
 
 
 def python_index(text: str) -> str:
-    """An index, or a condition on indices: what is looked up in it has its name in a Python module."""
-    return re.sub(r"\b[^\W\d]\w*(?=\[)", lambda found: python_name(found[0]), text)
+    """An index, a loop, or a condition on indices: what occurs in it has its name in a Python module."""
+    return re.sub(
+        r"\b[^\W\d]\w*", lambda found: found[0] if found[0] in OF_LOOPS else python_name(found[0]), text
+    )
 
 
 class OfPython(Text):
@@ -245,6 +240,8 @@ class IndexedPython(OfPython):
         a key."""
 
     def symbol(self, name: str) -> str:
+        if name.startswith("("):  # a whole number
+            return self.words(name)
         base, bracket, inside = joined_component(name).partition("[")
         own = python_name(base)
         if not bracket:

@@ -388,7 +388,7 @@ BAD = [
         [(8, "m[i]", "no member 'm[2]', for i = 2 in mass of 'bead[i]'", "the members are m[0] to m[1]")],
     ),
     (LIST, "[]", [(3, "[", "the list of parameter 'm' is empty", "")]),
-    (LIST, "[1, [2]]", [(3, "[", "parameter 'm', item 1 must be a scalar", "")]),
+    (LIST, "[1, [2]]", [(3, "[", "parameter 'm' is a list of lists", "")]),
     (LIST, "[1, qq, 3, 4]", [(3, "qq", "unknown name 'qq' in parameter 'm'", "")]),
     (LIST, "1.0", [(8, "m[i]", "'m' is not a family", "")]),
     (

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import random
 
+import numpy as np
 import pytest
 
+import lagrange_cli
 from lagrange_cli.errors import UsageError
 from lagrange_cli.families.system import any_family_system
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import key_of
+from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.support.families import alike, followed
@@ -213,3 +216,45 @@ def test_other_numbers_are_other_equations() -> None:
     changed, free = text.replace("a: [1, 2]", "a: [1, 0]"), text.replace("k: 2", "k: 3")
     key, other, same = (key_of(read_spec(one, "system.yaml"), asked) for one in (text, changed, free))
     assert key == same != other
+
+
+@pytest.mark.parametrize("index", ["a[n]", "a[(n + 1) % B]", "a[a[n]]", "end[a[n], 0]"])
+def test_lookups_need_no_quotes_in_lists_and_braces(index: str) -> None:
+    """YAML has a meaning for brackets; those of indices are not its own, in one another either."""
+    text = f"""\
+sizes: {{N: 3, B: 3}}
+parameters: {{a: [2, 0, 1], end[n in range(3), m in range(2)]: n}}
+coordinates: {{x[i in range(N)]: {{initial: i}}}}
+masses: {{p[n in range(B)]: 1}}
+embedding: {{p[n in range(B)]: [x[{index}], 0]}}
+forces:
+  p[n in range(B)]: [-x[{index}], -2*x_dot[{index}]]
+"""
+    quoted = text.replace(f"[x[{index}], 0]", f"['x[{index}]', 0]")
+    quoted = quoted.replace(f"[-x[{index}], -2*x_dot[{index}]]", f"['-x[{index}]', '-2*x_dot[{index}]']")
+    found, expected = (followed(one, OUTPUTS)[1].data for one in (text, quoted))
+    alike(found, expected, 0.0)
+
+
+def test_the_command_line_looks_up_as_the_file_does() -> None:
+    text = network([(1, 0), (2, 1)], 3, "lists")
+    motions = [lagrange_cli.solve(text, set={name: 3}, stop=0.3) for name in ("x[a[1]]", "x[2]")]
+    assert np.array_equal(motions[0].q["x"], motions[1].q["x"]) and motions[0].q["x"][0, 2] == 3.0
+    wheres = "x[a[1]] - x[b[0]]/2", "x[2] - x[0]/2"
+    sections = [lagrange_cli.section(text, where=where, crossings=1) for where in wheres]
+    assert len(sections[0].q["x"]) == 1 and np.array_equal(sections[0].q["x"], sections[1].q["x"])
+    for wrong in ({"set": {"x[a[2]]": 3}}, {"where": "x[a[2]]"}):
+        with pytest.raises(UsageError, match=r"there is no a\[2\]; members are a\[0\] to a\[1\]"):
+            lagrange_cli.section(text, **{"where": "x[0]", "crossings": 1, **wrong})
+
+
+def test_other_coordinates_may_look_up() -> None:
+    text = (
+        network([(1, 0), (2, 1)], 3, "lists")
+        + """
+transformations:
+  shifted: {coordinates: [X, Y, Z], replace: {"x[0]": X, "x[b[1]]": Y + X/3, "x[2]": Z}}
+"""
+    )
+    found = derive(read_spec(text, "system.yaml"), coordinates="shifted").covariance
+    assert found is not None and found.states and found.agrees

@@ -237,7 +237,7 @@ def test_numbers_found_together_are_those_found_one_by_one(
         ("[-p[i].vx, 0]", "-p[i].vx", "has 1 component, its position 2"),
         ("v[i in range(2, N, 2)]", "v[i in range(4, N, 2)]", "the family 'v' has no member 'v[2]'"),
         ("v[i in range(2, N, 2)]", "v[i in range(N - 1, 0, -1)]", "'v[5]' is given twice"),
-        ("p[i in range(N)]: c", "p[i in range(1, N)]: c", "the particle 'p[0]' has a position but no mass"),
+        ("p[i in range(N)]: c", "p[i in range(1, N)]: c", "the family 'p' has no member 'p[0]'"),
         ("p[i in range(N)]: [", "p[i in range(N - 2)]: [", "the particle 'p[5]' has a mass but no position"),
         ("i % M", "i", "no member 'w[3]', for i = 3"),
         ("{initial: r[N - 1]}", "{initial: r[N]}", "no member 'r[7]'"),

@@ -18,6 +18,7 @@ HABITS = [
     (THETA, "  - {}", 7, "", "has only names", "write 'theta: {initial: 0.1, velocity: 0}'"),
     (THETA, "  - theta = 0.5", 7, "theta = 0.5", "cannot be called", "write theta: {initial: 0.5}"),
     ("  bob: m", "bob: m", 9, "bob", "unknown key 'bob'", "indent it, if it belongs to 'masses'"),
+    (THETA, "  theta: {initial: value: 1}", 7, "", "did not find", "in braces, as in initial: {value: ...}"),
     (THETA, "theta: {initial: 0.1}", 7, "theta", "unknown key", "if it belongs to 'coordinates'"),
     ("masses:\n  bob: m", "masses {bob: 2*m}", 8, "masses {bob", "unknown key", "write 'masses: {bob: 2*m}'"),
     ("masses:\n  bob: m", "masses:{bob: m}", 8, "masses:{bob", "unknown key", "write 'masses: {bob: m}'"),
@@ -53,6 +54,13 @@ def test_parameters_in_a_list_are_told_to_leave_out_the_dash():
     assert found.line == 3 and "without '- '" in found.hint
 
 
+def test_keys_that_are_not_indented_are_told_so_although_they_may_mean_a_section():
+    parameters = "  m: 1\n  l: {value: 0.5, unit: m}\n  g: 9.81"
+    found = problems(changed(parameters, parameters.replace("  ", "")))
+    assert [underlined(one) for one in found] == ["m", "l", "g"]
+    assert found[0].hint == "write 'masses', or indent it, if it belongs to 'parameters'"
+
+
 @pytest.mark.parametrize("word", sorted(WORDS))
 def test_a_word_of_expressions_is_no_name(word):
     found = problems(changed("  m: 1", f"  m: 1\n  {word}: 1"))
@@ -84,3 +92,47 @@ def test_a_loop_outside_a_sum_says_how_sums_are_written(potential, hint):
     text += "masses: {'p[i in range(2)]': m}\npositions: {'p[i in range(2)]': 'x[i]'}\npotential: "
     assert not problems(f"{text}sum(x[i] for i in range(2))")
     assert hint in problems(f"{text}{potential}")[0].hint
+
+
+@pytest.mark.parametrize(
+    "potential", ["sum(x[i]*x[1 - i for i in range(2))", "sum(x[a[i] for i in range(2))"]
+)
+def test_an_index_that_is_not_closed_is_no_loop_outside_a_sum(potential):
+    text = "parameters: {a: [1, 0]}\ncoordinates: {'x[i in range(2)]': {initial: 1}}\n"
+    text += "masses: {'p[i in range(2)]': 1}\npositions: {'p[i in range(2)]': 'x[i]'}\n"
+    (found,) = problems(f"{text}potential: {potential}")
+    assert found.message == "unclosed '[' in potential" and found.hint == "add a ']'"
+    assert underlined(found) == "[" and found.column == 12 + potential.rindex("x[") + 1
+
+
+@pytest.mark.parametrize("condition", ["x[i] > 0", "kind[i] == 1"])
+def test_conditions_of_sums_on_what_is_no_index_say_how_they_are_written(condition):
+    text = "coordinates: {'x[i in range(2)]': {initial: 1}}\nmasses: {'p[i in range(2)]': 1}\n"
+    text += (
+        f"positions: {{'p[i in range(2)]': 'x[i]'}}\npotential: sum(x[i] for i in range(2) if {condition})"
+    )
+    (found,) = problems(text)
+    assert "lists of whole numbers are parameters" in found.hint and "where(condition, a, b)" in found.hint
+
+
+LISTS = [
+    (
+        "[[2, -1], [-1, 2]]",
+        "is a list of lists",
+        "write one list, [2, -1, -1, 2], whose item 2*i + j is that of",
+    ),
+    ("1, 2, 3, 4", "is a list without brackets", "write [1, 2, 3, 4]"),
+    ("1, 2, 3", "expected a scalar in parameter 'a', found a vector", "write a list, [1, 2, 3]"),
+    ("(1, 2)", "expected a scalar in parameter 'a', found a vector", "write a list, [1, 2]"),
+]
+
+
+@pytest.mark.parametrize(("value", "message", "hint"), LISTS)
+def test_lists_that_are_none_say_how_they_are_written(value, message, hint):
+    (found,) = problems(changed("  m: 1", f"  m: 1\n  a: {value}"))
+    assert message in found.message and hint in found.hint and found.line == 4
+
+
+def test_the_number_of_members_is_no_length():
+    text = "parameters: {m: [1, 2]}\ncoordinates: {'x[i in range(len(m))]': {initial: 1}}\nlagrangian: 1\n"
+    assert "the number of members is a number or one of the sizes" in problems(text)[0].hint

@@ -68,8 +68,8 @@ class Given:
     def elsewhere(
         self, kind: Kind, family: Family, given: Mapping[str, Expression]
     ) -> Callable[[Frame], Any]:
-        """What builds what is written elsewhere of the members of a kind."""
-        group = group_of(family, given)
+        """What builds what is written elsewhere of the members of a kind, and of others."""
+        group = group_of(particle_families(self.spec).get(family.name, family), given)
 
         def build(frame: Frame) -> Any:
             known = {**self.spec.sizes, **frame.arrays}

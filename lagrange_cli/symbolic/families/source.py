@@ -130,7 +130,7 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     used = sorted({*FUNCTIONS, *CONSTANTS} & writer.used)
     head = [f'"""{title}: the equations of motion. Coordinates are in the order of COORDINATES."""', ""]
     head += [f"from math import {', '.join(used)}", ""] if used else []
-    head += [f"{name} = {size}" for name, size in equations.sizes.items()]
+    head += [f"{python_name(name)} = {size}" for name, size in equations.sizes.items()]
     names = [name for family in equations.coordinates for name in family.members]
     head += [f"{python_name(table.name)} = {table.by_place!r}" for table in equations.tables.values()]
     free = without(parameters, equations.tables)
@@ -331,4 +331,4 @@ class ModuleWriter:
     @staticmethod
     def head(loop: Loop) -> str:
         """``i in range(N)``."""
-        return f"{loop.index} in range({python_index(loop.bounds)})"
+        return f"{python_name(loop.index)} in range({python_index(loop.bounds)})"

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.expression.syntax import Comparison, Logic, Tree
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.indexed.whole import Span, Spans, Values, Whole, number, whole_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,13 @@ def names_of(condition: Condition) -> frozenset[str]:
     return frozenset[str]().union(*map(names_of, parts), *(one.names for one in operands))
 
 
+def tables_of(condition: Condition) -> list[NumberTable]:
+    """All tables in it."""
+    if isinstance(condition, Joined):
+        return [table for one in condition.parts for table in tables_of(one)]
+    return [table for one in condition.operands for table in one.tables]
+
+
 def single(condition: Condition) -> list[Condition]:
     """The conditions that hold together where it does."""
     if isinstance(condition, Joined) and condition.operator == "and":
@@ -136,6 +146,12 @@ class Loop:
         """All names in it but its own index."""
         inside = self.start.names | self.stop.names
         return inside.union(*map(names_of, self.conditions)) - {self.index}
+
+    @property
+    def tables(self) -> list[NumberTable]:
+        """All tables in it."""
+        inside = (table for one in self.conditions for table in tables_of(one))
+        return [*self.start.tables, *self.stop.tables, *inside]
 
     def span(self, spans: Spans) -> Span:
         """Bounds of its index."""

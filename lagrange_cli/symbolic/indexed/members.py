@@ -16,22 +16,24 @@ from lagrange_cli.symbolic.order import Role
 
 
 class Loops(Atom):  # type: ignore[misc]
-    """Loops around one another, the outermost first."""
+    """Loops around one another, the outermost first. Sympy keeps what it has computed of those that are
+    equal, which have the same text and the same numbers in tables."""
 
-    __slots__ = ("loops", "text")
+    __slots__ = ("loops", "numbers", "text")
     is_commutative = True
 
     def __new__(cls, loops: Sequence[Loop]) -> Loops:
         made = super().__new__(cls)
         made.loops = tuple(loops)
         made.text = " ".join(one.text for one in loops)
+        made.numbers = tuple(table.in_structure for one in loops for table in one.tables)
         return made  # type: ignore[no-any-return]
 
     def __getnewargs__(self) -> tuple[Any, ...]:
         return (self.loops,)
 
-    def _hashable_content(self) -> tuple[str, ...]:
-        return (self.text,)
+    def _hashable_content(self) -> tuple[Any, ...]:
+        return self.text, self.numbers
 
     def _sympystr(self, printer: Any) -> str:
         return str(self.text)

@@ -52,3 +52,24 @@ def test_sympy_has_indices_of_indices() -> None:
     assert equations.U is not None
     text = str(as_sympy(equations.U, tuple(equations.sizes)))
     assert "x[a[n]]" in text and "x[b[n]]" in text
+
+
+def test_equations_depend_on_the_numbers_of_their_own_system_alone() -> None:
+    """Sympy remembers what it has computed: sums of systems read before have the same text."""
+    x = [0.3, -0.7, 1.1, 0.2, -0.4]
+    for kind in ([1, 1], [1, 2, 1, 2, 1], [2, 1, 1, 1, 2], [0, 1, 2, 3, 4], [1, 1, 1, 1, 1]):
+        count = len(kind)
+        derived = printed(f"""\
+sizes: {{N: {count}}}
+parameters: {{kind: {kind}}}
+coordinates: {{x[i in range(N)]: {{initial: 0.1*i}}}}
+masses: {{p[i in range(N)]: 1}}
+embedding: {{p[i in range(N)]: [x[i]]}}
+potential: >-
+  sum(x[i]**2 for i in range(N)) + sum(x[i]*x[j] for i in range(N) for j in range(i) if kind[i] == kind[j])
+""")
+        module: dict[str, Any] = {}
+        exec(as_python(derived.equations, {}), module)
+        alike = [sum(x[j] for j in range(count) if j != i and kind[i] == kind[j]) for i in range(count)]
+        expected = [-2.0 * x[i] - alike[i] for i in range(count)]
+        assert np.allclose(module["accelerations"](0.0, x[:count], [0.0] * count), expected), kind
