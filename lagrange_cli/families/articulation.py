@@ -12,6 +12,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Chain, Domain, Source, Term, Total, equal
 from lagrange_cli.families.assembly import Assembly
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.carriages import on_carriages
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.joints import Articulation, Part
 from lagrange_cli.families.turning import Turned
@@ -20,7 +21,7 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     """The joints of all particles. Raises ``Unsuited`` where there are others."""
-    weights = [*weights_of(builder, spec)]
+    weights = on_carriages(builder, [*weights_of(builder, spec)])
     chains = chains_of(builder, weights)
     parts: list[Part] = []
     for component, nodes in enumerate(chains):
