@@ -27,9 +27,11 @@ def with_contacts(system: FamilySystem) -> FamilySystem:
         Term(each, slots.symbol(each, contacts.bends, numbers), numbers),
     ]
     rates = total_of(count, approach, graph)
-    rate, divisor = (slots.symbol(each, one, numbers) for one in (rates, contacts.divisors))
-    multipliers = total_of(count, [Term(each, -rate / divisor, numbers)], graph)
     rests = total_of(count, resting(system, contacts), graph)
+    listed = rates, contacts.divisors, rests
+    rate, divisor, holds = (slots.symbol(each, one, numbers) for one in listed)
+    # a slope may be 0 where nothing rests
+    multipliers = total_of(count, [Term(each, -rate / (holds * divisor + (1.0 - holds)), numbers)], graph)
     everyone, every = system.everyone, np.arange(degrees)
     alone = np.flatnonzero(np.bincount(events, minlength=count) == 1)
     lone, first = Domain(len(alone)), np.searchsorted(events, alone)
@@ -41,7 +43,7 @@ def with_contacts(system: FamilySystem) -> FamilySystem:
     if contacts.bends.terms:
         bend, mass = slots.symbol(lone, contacts.bends, alone), slots.symbol(lone, system.masses, rows[first])
         slope = slots.symbol(lone, contacts.slopes, first)
-        terms.append(Term(lone, -rest * mass * bend / slope, rows[first]))
+        terms.append(Term(lone, -rest * mass * bend / (rest * slope + (1.0 - rest)), rows[first]))
     held = np.full(count, NONE)
     held[alone] = rows[first]
     others = np.flatnonzero(held[contacts.acts[0]] != contacts.acts[1])
@@ -52,7 +54,7 @@ def with_contacts(system: FamilySystem) -> FamilySystem:
     needed = [*system.needed, system.forces, contacts.slopes, contacts.bends, contacts.directions]
     return replace(
         system, forces=total_of(degrees, terms, graph),
-        needed=[*needed, contacts.divisors, rates, multipliers, rests, moves],
+        needed=[*needed, contacts.divisors, rates, rests, multipliers, moves],
         contact=replace(contacts, multipliers=multipliers),
     )  # fmt: skip
 

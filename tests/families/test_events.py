@@ -272,7 +272,8 @@ coordinates: {{"x[i in range(N)]": {{initial: "0.5*sin(2 + i)", velocity: "cos(i
 masses: {{"b[i in range(N)]": 1}}
 positions: {{"b[i in range(N)]": "x[i]"}}
 potential: "sum(x[i]**2 for i in range(N))"
-events: {{"hit[i in range(N)]": {{when: "{when}", action: {{set: {{"x_dot[i]": "-x_dot[i]"}}}}}}}}
+events:
+  "hit[i in range(N)]": {{when: "{when}", direction: falling, action: {{set: {{"x_dot[i]": "-x_dot[i]"}}}}}}
 """
     found = []
     for whole in (True, False):

@@ -63,12 +63,9 @@ class JointContacts(Bonded):
         self.ahead = [self.moved_by(self.early, c, self.jolts[c]) for c in balance.axes]
         """What u without it adds to accelerations of nodes beside their parents."""
         self.right = self._right()
-        self.acting: Array = self.multipliers
-        """N of the contacts that hold, and 0 of others."""
-        self.divided: Sequence[Total] = ()
-        if self.alone:
-            self.divided = self._divided()
-            self.multipliers, self.acting = self.divided
+        self.divided = self._divided() if self.alone else None
+        if self.divided is not None:
+            self.multipliers = self.divided
         self.newest = self._newest()
         """What the newest N adds to u."""
         self.swings = [self.moved_by(self.newest, c) for c in balance.axes]
@@ -109,7 +106,7 @@ class JointContacts(Bonded):
     @property
     def arrays(self) -> Sequence[Array]:
         """All that are computed."""
-        own = [self.square, self.early, self.known, self.right, self.multipliers, self.acting]
+        own = [self.square, self.early, self.known, self.right, self.multipliers]
         own += [self.newest, self.column, self.left, self.pushed, self.rates]
         own += [*self.ahead, *self.swings, *self.moved]
         return list(dict.fromkeys([*self.in_order, *self.in_first, *self.reaching.arrays, *own]))
@@ -173,29 +170,28 @@ class JointContacts(Bonded):
         return self.graph.sum(parts)
 
     def _right(self) -> Total:
-        """What N follows from: of the contacts that hold, or of all that do not depend on others."""
+        """What N follows from, of the contacts that hold."""
         terms = []
         nodes = [[(one, 1), (ahead, 0)] for one, ahead in zip(self.balance.accelerations, self.ahead)]
         for b, bound in enumerate(self.bounds):
-            gate = self.graph.one if self.alone else self.gate(bound.domain, bound.numbers)
+            gate = self.gate(bound.domain, bound.numbers)
             terms.append(Term(bound.domain, -(gate * self.along(b, self.known, nodes)), bound.numbers))
         each = Domain(self.count)
-        gate = self.graph.one if self.alone else self.gate(each, self.every(each))
+        gate = self.gate(each, self.every(each))
         rest = gate * self.own(each, self.rest)
         return self.total(self.count, [*terms, Term(each, -rest, self.every(each))])
 
-    def _divided(self) -> tuple[Total, Total]:
-        """N, each of its own, and what of it acts."""
+    def _divided(self) -> Total:
+        """N, each of its own."""
         each = Domain(self.count)
-        node = self.own(each, self.right) / self.own(each, self.square)
-        forces = self.total(self.count, [Term(each, node, self.every(each))])
-        acting = self.gate(each, self.every(each)) * self.own(each, forces)
-        return forces, self.total(self.count, [Term(each, acting, self.every(each))])
+        gate = self.gate(each, self.every(each))
+        own = gate * self.own(each, self.square) + (1.0 - gate)  # which may be 0 where nothing holds
+        return self.total(self.count, [Term(each, self.own(each, self.right) / own, self.every(each))])
 
     def _newest(self) -> Total:
         terms = [*self.reaching.pushed(self.reaching.newest)]
         for push, direction in zip(self.pushes, self.directions):
-            multiplier = self.slots.symbol(push.domain, self.acting, push.contacts)
+            multiplier = self.slots.symbol(push.domain, self.multipliers, push.contacts)
             terms.append(Term(push.domain, self.own(push.domain, direction) * multiplier, push.rows))
         return self.total(self.size, terms)
 
@@ -292,7 +288,7 @@ class JointContacts(Bonded):
         """What the series of their directions give."""
         domain = push.domain
         node, symbols, changes = self._series(domain, push.node)
-        multiplier = self.slots.symbol(domain, self.acting, push.contacts)
+        multiplier = self.slots.symbol(domain, self.multipliers, push.contacts)
         column = Term(domain, node, self.every(domain)), self.directions[number]
         if not node.symbols & union((self.system.time, *symbols)):
             return Local(domain, [column], 1, symbols, [], changes)

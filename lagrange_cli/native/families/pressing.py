@@ -69,8 +69,8 @@ class Pressing:
         if touch.reaching.any:
             self._carry(evaluation, touch.ahead)
         evaluation.write([touch.right])
-        if touch.divided:
-            self._write(evaluation, *([one] for one in touch.divided))
+        if touch.divided is not None:
+            evaluation.write([touch.divided])
         else:
             self._solve(evaluation)
         self._write_newest(evaluation)
