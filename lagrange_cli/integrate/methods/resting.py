@@ -127,7 +127,10 @@ class Resting:
         for _ in range(2):  # what others hold may lead back
             noise, unseen = self.noise(), self._unseen()
             largest = float(np.max(unseen[self._touching.now()], initial=0.0))
+            before = self._sides.modes.copy()
             self._touching.rest(np.fmax(noise, unseen), self.at_once.same, largest)
+            if np.array_equal(self._sides.modes, before):
+                break
 
     def recurs(self) -> bool:
         """Whether infinitely many actions happen at one time, one of them now; flights that rounding may hide
