@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.expression.syntax import Comparison, Logic, Tree
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.indexed.whole import Span, Spans, Values, Whole, number, whole_of
+from lagrange_cli.symbolic.indexed.whole import Entry, Operation, Span, Spans, Values, Whole, number, whole_of
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.number_table import NumberTable
@@ -82,11 +82,19 @@ def names_of(condition: Condition) -> frozenset[str]:
     return frozenset[str]().union(*map(names_of, parts), *(one.names for one in operands))
 
 
-def tables_of(condition: Condition) -> list[NumberTable]:
-    """All tables in it."""
-    if isinstance(condition, Joined):
-        return [table for one in condition.parts for table in tables_of(one)]
-    return [table for one in condition.operands for table in one.tables]
+def tables_in(one: Condition | Whole) -> list[NumberTable]:
+    """All tables in a condition, or in a number."""
+    if isinstance(one, Joined):
+        return [table for part in one.parts for table in tables_in(part)]
+    if isinstance(one, Relation):
+        return [table for operand in one.operands for table in tables_in(operand)]
+    found: list[NumberTable] = []
+    for atom, _ in one.terms:
+        if isinstance(atom, Operation):
+            found += [*tables_in(atom.left), *tables_in(atom.right)]
+        elif isinstance(atom, Entry):
+            found += [atom.table, *(table for index in atom.indices for table in tables_in(index))]
+    return found
 
 
 def single(condition: Condition) -> list[Condition]:
@@ -150,8 +158,7 @@ class Loop:
     @property
     def tables(self) -> list[NumberTable]:
         """All tables in it."""
-        inside = (table for one in self.conditions for table in tables_of(one))
-        return [*self.start.tables, *self.stop.tables, *inside]
+        return [table for one in (self.start, self.stop, *self.conditions) for table in tables_in(one)]
 
     def span(self, spans: Spans) -> Span:
         """Bounds of its index."""

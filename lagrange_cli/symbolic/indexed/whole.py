@@ -58,11 +58,6 @@ class Operation:
         """All names in it."""
         return self.left.names | self.right.names
 
-    @property
-    def tables(self) -> list[NumberTable]:
-        """All tables in it."""
-        return [*self.left.tables, *self.right.tables]
-
     def each(self, change: Callable[[Whole], Whole]) -> Whole:
         """The same operation of what ``change`` makes of both."""
         return operation(self.operator, change(self.left), change(self.right))
@@ -111,11 +106,6 @@ class Entry:
         """All names in its indices."""
         return frozenset[str]().union(*(one.names for one in self.indices))
 
-    @property
-    def tables(self) -> list[NumberTable]:
-        """Its own, and those in its indices."""
-        return [self.table, *(table for one in self.indices for table in one.tables)]
-
     def each(self, change: Callable[[Whole], Whole]) -> Whole:
         """The number at other places: at those that ``change`` makes of its indices."""
         return entry(self.table, [change(one) for one in self.indices])
@@ -161,12 +151,6 @@ class Whole:
         for atom, _ in self.terms:
             found |= {atom} if isinstance(atom, str) else atom.names
         return frozenset(found)
-
-    @property
-    def tables(self) -> list[NumberTable]:
-        """All tables in it."""
-        atoms = (atom for atom, _ in self.terms if not isinstance(atom, str))
-        return [table for atom in atoms for table in atom.tables]
 
     @property
     def text(self) -> str:
