@@ -150,8 +150,8 @@ MUTATIONS = {
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[a changing length]",),
     ),
     "an impulse's sign": Mutation(
-        "integrate/methods/impulses.py", "high[first : first + degrees] += moved",
-        "high[first : first + degrees] -= moved",
+        "integrate/methods/impulses.py", "high[own] += moved",
+        "high[own] -= moved",
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[impacts]",),
     ),
     "the side of a section's root": Mutation(

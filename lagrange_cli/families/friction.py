@@ -135,7 +135,10 @@ def passing(system: FamilySystem, listed: Sequence[Friction]) -> bool:
                 change += graph.diff(u, symbol) * jump / own
             elif np.any(slot.table == targets):
                 return False
-    return vanishes_at_rest(system, listed[0], change) or unheld(system, listed[0], change)
+    if vanishes_at_rest(system, listed[0], change):
+        return True
+    moving = (slot.array for _, slot in slots.inside(u) if slot.array not in (system.given, system.whole))
+    return set(moving) == {system.q} and unheld(system, listed[0], change)
 
 
 def unheld(system: FamilySystem, one: Friction, change: Node) -> bool:

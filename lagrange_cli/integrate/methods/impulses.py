@@ -34,6 +34,8 @@ PATIENCE, LAST = 4, 2.0**-52
 this part of it."""
 EXACT = 2.0**-44
 """What elimination leaves is rounding if it is this part of what constraints are off by."""
+MET = 2.0**-20
+"""The part that is left at most of what constraints were off by, where a state is moved far to them."""
 SLIGHTLY = 1e-6
 """Coordinates that were set are moved by this fraction of the state at most, as initial values are."""
 
@@ -74,7 +76,20 @@ class Impulses:
                 if part or not np.max(np.abs(moved), initial=0.0) > NEAR * np.max(np.abs(high), initial=0.0):
                     break  # of velocities, constraints are linear
             self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
-        return self._polished() and self._stay(state[:degrees], rows, changed)
+        return self._met(state, high) and self._polished() and self._stay(state[:degrees], rows, changed)
+
+    def _met(self, state: Array, high: Array) -> bool:
+        """Whether a state that was moved far satisfies constraints much better: Newton's method may end where
+        their slopes are 0."""
+        degrees = self._program.degrees
+        far = np.max(np.abs(high - state[: len(high)])[:degrees], initial=0.0)
+        if not far > SLIGHTLY * np.max(np.abs(state[:degrees]), initial=0.0):
+            return True
+        return self._off(high) <= MET * self._off(state[: len(high)])
+
+    def _off(self, high: Array) -> float:
+        """By how much constraints are not satisfied."""
+        return float(np.max(np.abs(self._evaluated(high)[: self._program.constraints]), initial=0.0))
 
     def _untouched(self, changed: Collection[int]) -> bool:
         """Whether the rows ``changed`` are velocities that none of many constraints contains."""

@@ -20,8 +20,8 @@ def test_what_is_small_beside_what_was_at_the_same_time_is_rounding() -> None:
 
 def test_actions_at_one_time_are_counted() -> None:
     at_once = AtOnce(2, 0.0, 1)
-    assert not any(at_once.recurs(1.0) for _ in range(2 * AGAIN)) and at_once.recurs(1.0)
-    assert not at_once.recurs(1.1) and at_once.same == 0
+    assert not any(at_once.recurs(1.0, 0.0) for _ in range(2 * AGAIN)) and at_once.recurs(1.0, 0.0)
+    assert not at_once.recurs(1.1, 0.0) and at_once.same == 0
 
 
 def test_the_end_of_impacts_is_told_once_at_one_time() -> None:
