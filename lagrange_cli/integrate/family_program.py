@@ -22,6 +22,7 @@ from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISI
 from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.double_double import DoubleDoubleVectors
+from lagrange_cli.native.families.floors import related, runs
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.program import FamilyProgram
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
@@ -43,7 +44,8 @@ def write_families(
     """The program for ``compilation``, ``concise`` or as fast as it can be, and the datasets made of its
     results."""
     conserved = frozenset(system.conserved)
-    if system.bodies:  # what T does not depend on is not seen by its form
+    alone = system.joints is not None and len(related(system.spec, fewest=2)) < len(runs(system.spec))
+    if system.bodies or alone:  # what T does not depend on is not seen by its form
         from lagrange_cli.families.conservation import constants_of
 
         found = (one.quantity for one in constants_of(system).conserved)

@@ -78,3 +78,22 @@ potential: sum(g/N*bob[i].y for i in range(N))
     angle = 1e-6 * np.cos(np.sqrt(9.81 * 2 / 2.0) * motion["t"])
     assert np.abs(motion["q/a"] - angle[:, None]).max() <= 1e-16
     assert np.abs(motion["q/X"] + angle).max() <= 1e-16
+
+
+def test_balances_of_what_is_joined_to_its_cart() -> None:
+    """The momentum of all is conserved, though its rate is a sum of large forces that cancel."""
+    text = """
+sizes: {N: 20}
+parameters: {g: 2.1, l: 0.7}
+coordinates: {X: {initial: 0.1, velocity: 0.3}, "a[i in range(N)]": {initial: 0.3*cos(2*i)}}
+masses: {cart: 1.5, "p[i in range(N)]": 1}
+embedding:
+  cart: [X, 0]
+  p[i in range(N)]: ["X + sum(l*sin(a[j]) for j in range(i + 1))", "-sum(l*cos(a[j]) for j in range(i + 1))"]
+potential: sum(g*p[i].y + 0.5*((p[i].x - cart.x)**2 + p[i].y**2) for i in range(N))
+"""
+    ready, motion = followed(text, frozenset(["q", "p", "h", "ledger"]), stop=0.5)
+    assert ready.machine.program.loops and {"p_X", "h"} <= {*ready.recording.conserved}
+    assert motion.outcome.steps <= 60
+    largest = np.abs(motion["diagnostics/p/a"]).max()
+    assert np.abs(motion["diagnostics/ledger/p/a"]).max() <= 1e-13 * largest
