@@ -14,6 +14,7 @@ import numpy as np
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.reals import FADED
 from lagrange_cli.expression.syntax import Tree
 
 if TYPE_CHECKING:
@@ -119,7 +120,9 @@ class ColumnAlgebra(NumberAlgebra):
         if column is None:
             return super().function(name, arguments)
         found = column.each(self.FUNCTIONS[name], arguments)
-        if name == "exp" and not self.fades:
+        if name == "exp" and self.fades:
+            return Column(np.where(found.values < FADED, 0.0, found.values), self.failed)
+        if name == "exp":
             self.failed |= found.values == 0
         return found
 

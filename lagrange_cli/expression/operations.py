@@ -10,7 +10,7 @@ from typing import Any
 from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, known_indices
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, Underflow
+from lagrange_cli.expression.reals import FADED, SMALLEST, TOO_SMALL, Underflow
 from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import VECTOR_FUNCTIONS
 
@@ -44,7 +44,8 @@ def component(tree: Tree, value: Value) -> Any:
 def call(tree: Call, arguments: list[Value], algebra: Algebra[Any], *, fades: bool = False) -> Value:
     """The value of a function of the language.
 
-    Raises ``Underflow`` where an exponential is too small for a double, unless it ``fades``: is 0 then.
+    Raises ``Underflow`` where an exponential is too small for a double, unless it ``fades``: is 0 then, also
+    where it is hardly more, as its product with a small number would be.
     """
     for argument, value in zip(tree.arguments, arguments, strict=True):
         if tree.function not in VECTOR_FUNCTIONS and isinstance(value, tuple):
@@ -59,7 +60,9 @@ def call(tree: Call, arguments: list[Value], algebra: Algebra[Any], *, fades: bo
             )
     if tree.function not in VECTOR_FUNCTIONS:
         value = algebra.function(tree.function, arguments)
-        return kept(value) if tree.function == "exp" and not fades else value
+        if tree.function != "exp":
+            return value
+        return faded(value) if fades else kept(value)
     if tree.function == "norm":
         return norm(arguments[0], algebra)
     left, right = arguments
@@ -89,6 +92,11 @@ def kept(value: Any, *operands: Any) -> Any:
     if nothing(value) and not any(map(nothing, operands)):
         raise Underflow
     return value
+
+
+def faded(value: Any) -> Any:
+    """An exponential, or 0 where it is next to nothing."""
+    return 0.0 if isinstance(value, float) and value < FADED else value
 
 
 def nothing(value: Any) -> bool:

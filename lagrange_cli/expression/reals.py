@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 TOO_SMALL, SMALLEST = "number too small", "the smallest is about 4.9e-324"
 
+FADED = 2.0**-1000
+"""Exponentials below this may be 0 where they fade, as tails of bumps do."""
+
 
 class Underflow(ArithmeticError):
     """A product, a quotient or a power that is so small that it would be 0."""

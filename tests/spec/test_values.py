@@ -123,6 +123,9 @@ def test_an_exponential_that_fades_is_0_in_an_initial_value(resolved: Callable[.
     assert [float(x) for x in resolved(spec).q] == [1.0]
     spec = read_spec(changed("initial: 0.1", "initial: 3*exp(-1000*g)"), "file.yaml")
     assert [float(x) for x in resolved(spec).q] == [0.0]
+    for exponent in (600, 720, 744.9, 746):  # from numbers to those that are hardly more than 0, and to 0
+        spec = read_spec(changed("initial: 0.1", f"initial: 1e-9*exp(-{exponent}*m)"), "file.yaml")
+        assert [float(x) for x in resolved(spec).q] == [pytest.approx(1e-9 * math.exp(-exponent), abs=1e-300)]
 
 
 def test_the_hint_for_a_missing_initial_value_keeps_the_velocity() -> None:
