@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Domain, Total
+from lagrange_cli.families.arrays import Array, Domain, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.poles import moving, slow
@@ -39,6 +39,9 @@ OF_CONSTRAINTS = frozenset({"constraints", "multipliers"})
 FEWEST_COSTLY = 100
 """Coordinates from which on members are not written out for outputs that were not asked for by name: each
 takes 5 to 30 ms."""
+FEWEST_PROVEN = 500
+"""Terms of all sums from which on it takes long, or is refused, to write members out for proofs of steps."""
+TO_BE_PROVEN = "steps that have to be proven, on chains, with constraints, contact, friction"
 FEWEST_ONE_BY_ONE = 1000
 """Terms of all sums from which on the motions of an ensemble are followed one by one."""
 
@@ -51,6 +54,17 @@ def suited(spec: Spec, outputs: Collection[str]) -> FamilySystem | None:
     if system is None or system.bonds is not None or system.smooth is not None:
         return None
     return None if narrow(system, MANY_BODIES) or system.mixed else system
+
+
+def unprovable(spec: Spec, outputs: Collection[str]) -> bool:
+    """Whether members of a large system would be written out since steps by series have to be proven, and are
+    not for steps of ``ias15``."""
+    from lagrange_cli.integrate.compilation import Compilation
+
+    by_series, by_rates = (Compilation(one, 0.0, frozenset(outputs)) for one in (TAYLOR, MANY_BODIES))
+    found, system = family_run_or_why(spec, by_series), family_run(spec, by_rates)
+    large = system is not None and system.terms >= FEWEST_PROVEN
+    return large and isinstance(found, WrittenOut) and found.what == TO_BE_PROVEN
 
 
 def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
@@ -75,8 +89,17 @@ def dragged(spec: Spec) -> FamilySystem | None:
     smooth = system.smooth or system
     totals = needed([smooth.forces, *smooth.loads], smooth.slots)
     nodes = [term.node for total in totals for term in total.terms]
-    variables, speeds = moving(smooth)
+    variables, speeds = moving(smooth)[0], speedy(smooth, totals)
     return system if any(is_distance(one, variables) for one in bases(nodes, speeds)) else None
+
+
+def speedy(system: FamilySystem, totals: Iterable[Total]) -> int:
+    """The symbols of velocities, and of those totals that contain some, each behind those it is made of."""
+    slots, made = system.slots, set[Array]([system.v])
+    for total in totals:
+        if any(slot.array in made for term in total.terms for _, slot in slots.inside(term.node)):
+            made.add(total)
+    return slots.symbols_of(*made)
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
@@ -122,7 +145,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
             way = "leave out --proven"
         elif system.contacts is not None:
             way = "write forces that are less narrow"
-        return WrittenOut("steps that have to be proven, on chains, with constraints, contact, friction", way)
+        return WrittenOut(TO_BE_PROVEN, way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
     if system.impacts is not None and needs is not Needs.SERIES:

@@ -110,7 +110,7 @@ def is_plain(exponent: object) -> bool:
 def examined(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
     """The method that suits a system, a space, and why. If there is no ``tolerance``, series are faster
     wherever they exist."""
-    from lagrange_cli.integrate.families import dragged, suited
+    from lagrange_cli.integrate.families import dragged, suited, unprovable
 
     weighed = TAYLOR
     system = None if tolerance is None else suited(spec, outputs)
@@ -125,6 +125,8 @@ def examined(spec: Spec, outputs: Collection[str], tolerance: float | None) -> s
         weighed = TAYLOR if work.few else f"{TAYLOR} {said}"
     system = dragged(spec)
     if system is None:
+        if unprovable(spec, outputs):
+            return f"{MANY_BODIES} steps by series would have to be proven, with members written out"
         return weighed
     plain = system.joints is None and system.smooth is None
     return f"{MANY_BODIES if plain else MODERATE} drag along a vector has no series where that is 0"

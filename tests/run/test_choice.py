@@ -13,7 +13,7 @@ from lagrange_cli.integrate.families import family_run
 from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
-from tests.support.command import lagrange
+from tests.support.command import SYSTEMS, lagrange
 from tests.test_imports import modules_imported_by
 
 BODIES = """
@@ -44,6 +44,19 @@ QUARTIC = STEEP.replace("**-6", "**2")
 MORSE = f"sum((1 - exp(-({DISTANCE} - 2)/eps))**2 for i in range(N) for j in range(i))"
 BROKEN = f"sum({DISTANCE}**2.5 for i in range(N) for j in range(i))"
 CORES = "sum(exp(-dot(body[i] - body[j], body[i] - body[j])/eps**2) for i in range(N) for j in range(i))"
+
+
+POLAR = """
+sizes: {{N: {count}}}
+coordinates:
+  r[i in range(N)]: {{initial: 1 + 0.05*i}}
+  phi[i in range(N)]: {{initial: 2.4*i, velocity: (1 + 0.05*i)**-1.5}}
+masses: {{body[i in range(N)]: 0.001}}
+embedding: {{body[i in range(N)]: ["r[i]*cos(phi[i])", "r[i]*sin(phi[i])"]}}
+potential: >
+  -sum(0.001/r[i] for i in range(N)) - sum(1e-6/norm(body[i] - body[j]) for i in range(N) for j in range(i))
+solve: {{stop: 0.5, samples: 3}}
+"""
 
 
 @pytest.mark.parametrize(
@@ -192,3 +205,23 @@ def test_motions_of_a_sweep_do_not_go_side_by_side_where_forces_would_hide() -> 
     for method, loops in (("ias15", True), ("taylor", False)):
         found = family_run(spec, Compilation(method, 2.0**-52, outputs, ensemble=True))
         assert (found is not None) == loops
+
+
+def test_steps_that_cannot_be_proven_in_loops_are_those_of_ias15() -> None:
+    """Written out, 60 bodies in polar coordinates would be refused, and 20 take ten times as long."""
+    for count, expected in ((4, "taylor"), (60, "ias15")):
+        spec = read_spec(POLAR.format(count=count), "polar.yaml")
+        settings = resolve_settings(spec, SolveDefaults())
+        assert settings.method == expected
+        assert ("have to be proven" in settings.chosen_because) == (expected == "ias15")
+    spec = read_spec(POLAR.format(count=60), "polar.yaml")
+    assert family_run(spec, Compilation("ias15", 2.0**-52, frozenset({"q", "v"}))) is not None
+
+
+def test_distances_of_places_are_no_drag() -> None:
+    """Springs between members of a chain: their lengths are not those of velocities."""
+    text = (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8")
+    springs = " + sum((norm(bob[i] - bob[i - 2]) - l)**2 for i in range(2, N))"
+    text = text.replace("for i in range(N))\nsolve", f"for i in range(N)){springs}\nsolve")
+    spec = read_spec(text, "chain.yaml", {"N": "30"})
+    assert springs in text and resolve_settings(spec, SolveDefaults()).method == "taylor"
