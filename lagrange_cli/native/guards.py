@@ -19,6 +19,8 @@ HELD = 1.0 + 2.0**-40
 CHANGES, EACH = 64.0, 4.0
 """If so many modes change while t hardly does, or so many for each guard, the motion is held there, or
 ends."""
+FOUND = 8
+"""The order of q's series at single states: of arguments, as many derivatives less two are looked at."""
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50
 """A step that is so small a fraction of the one before it, or of t, changes nothing: what was 0 up to
 rounding, still is."""

@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import as_strided
 
 from lagrange_cli.integrate.methods.latest import Latest
 from lagrange_cli.integrate.methods.workspace import accelerated
-from lagrange_cli.native.guards import SMALLEST
+from lagrange_cli.native.guards import FOUND, SMALLEST
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
-DERIVATIVES = 6
+DERIVATIVES = FOUND - 2
 """The number of derivatives of arguments that are examined."""
 ORDERS = np.arange(1, DERIVATIVES + 2)
 SEEN = 2

@@ -18,12 +18,13 @@ from lagrange_cli.native.families.loops import Loop, loops, needed
 from lagrange_cli.native.families.near_lists import ListJet, suits
 from lagrange_cli.native.families.nearness import NearJet, Watch, enclosed
 from lagrange_cli.native.families.preparation import Preparation
-from lagrange_cli.native.families.series_places import BESIDE, BRIEF, HEAD, JET, MOTION
+from lagrange_cli.native.families.series_places import AT_ONCE, BESIDE, BRIEF, HEAD, JET, MOTION
 from lagrange_cli.native.families.shared_jets import SharedJet
 from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
+from lagrange_cli.native.guards import FOUND
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.motions import RATES
@@ -46,8 +47,19 @@ class MotionJets(Preparation):
         own = setting, JET if watch is None else MOTION
         made = DiagonalJet(*own) if self.parts is None else SharedJet(self.parts, *own)
         jet = self.with_beside(made, BESIDE) if watch is None else self.with_near(made, watch)
-        brief = DiagonalJet(self.setting(RATES), BRIEF).write()
-        return replace(jet, text=jet.text + brief.text)
+        text = jet.text + DiagonalJet(self.setting(RATES), BRIEF).write().text
+        if self.looked_at:
+            short = self.with_beside(DiagonalJet(self.setting(FOUND), AT_ONCE), f"{BESIDE}_{AT_ONCE}")
+            text, jet = text + short.text, replace(jet, work=max(jet.work, short.work))
+        return replace(jet, text=text)
+
+    @property
+    def looked_at(self) -> bool:
+        """Whether callers look at a few derivatives at single states, where switches change: a function,
+        ``AT_ONCE``, computes no more coefficients than these."""
+        plain = self.order > FOUND and not self.scheme and self.kind is DoubleVectors
+        mixed = self.closure or self.balance or self.sticking or self.motion
+        return plain and not mixed and self.modes is not None
 
     def rates_alone(self, name: str) -> Jet:
         """A function of that name that gives the rates, without series."""

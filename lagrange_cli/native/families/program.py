@@ -25,7 +25,7 @@ from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.pressing import eliminations
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
-from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
+from lagrange_cli.native.families.series_places import AT_ONCE, BRIEF, JET, velocity_planes
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, idle_places, weights_size
@@ -149,7 +149,11 @@ class FamilyProgram(Returning, Observation, MotionJets):
             parts.append(advance(self.by_series(lengths, self.with_integrals(given, lengths))))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
-        return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
+        return (
+            work,
+            [*parts, accelerate(lengths, AT_ONCE if self.looked_at else JET)],
+            (lengths.first, lengths.row, lengths.term),
+        )
 
     def on_rates(self, interface: Interface, work: int, floors: str) -> tuple[int, list[str]]:
         """Steps on rates, which ``@jet`` gives or, if it gives series, a function beside it; and the doubles

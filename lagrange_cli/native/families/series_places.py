@@ -23,9 +23,9 @@ from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.records import dataclass, replace
 
 HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
-JET, MOTION, BRIEF, BESIDE = "jet", "motion", "accelerations", "beside"
+JET, MOTION, BRIEF, BESIDE, AT_ONCE = "jet", "motion", "accelerations", "beside", "at_once"
 """The names of the functions: all of a step's series, or the motion's alone, if others have a function of
-their own; accelerations alone; and series beside the motion's."""
+their own; accelerations alone; series beside the motion's; and a few coefficients of all."""
 
 
 def velocity_planes(rows: int) -> tuple[int, int]:

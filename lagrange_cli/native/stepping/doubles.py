@@ -21,15 +21,16 @@ from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, HighLow
 
 
-def accelerate(lengths: Lengths) -> str:
-    """``@accelerate``: rates of the velocities and integrals at one state, whose low parts are zeros.
+def accelerate(lengths: Lengths, series: str = "jet") -> str:
+    """``@accelerate``: rates of the velocities and integrals at one state, whose low parts are zeros,
+    by a function that computes ``series``.
 
     It returns 0 where the mass matrix is singular.
     """
     given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out"
     f = Function(f"define i64 @accelerate({given}) #0")
     constants, state, work = f.pointers("constants", "state", "work")
-    regular = f.call(Bit, "jet", constants, Real(f, "%t"), state, work)
+    regular = f.call(Bit, series, constants, Real(f, "%t"), state, work)
     single = lengths.one_by_one()
     with f.loop(lengths.degrees, lengths.rows, tested=False) as i:
         f.store(f.load(single.place(f, i), lengths.term), "%out", i - lengths.degrees)
