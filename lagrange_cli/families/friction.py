@@ -21,7 +21,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem, Locks
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.switching.switches import where_it_vanishes
+from lagrange_cli.mechanics.switching.switches import on_a_sphere, where_it_vanishes
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -146,11 +146,12 @@ def unheld(system: FamilySystem, one: Friction, change: Node) -> bool:
     less where u > 0, by this change, which is negative in states and with parameters at random: what comes to
     rest there is held. Where that depends on parameters, a motion that is to be held ends."""
     chance, none = np.random.default_rng(SEED), np.zeros(system.q.count)
-    for left in where_it_vanishes(system.slots.graph, change, one.argument):
+    given = system.slots.graph, change, one.argument
+    for left in (*where_it_vanishes(*given), *on_a_sphere(*given)):
         with np.errstate(all="ignore"):
             values = [
-                FamilyValues(system, 0.0, chance.normal(size=none.shape), none, given).node(left)
-                for given in chance.uniform(0.5, 1.5, (STATES, system.given.count))
+                FamilyValues(system, 0.0, chance.normal(size=none.shape), none, numbers).node(left)
+                for numbers in chance.uniform(0.5, 1.5, (STATES, system.given.count))
             ]
         if all(np.all(np.asarray(one) <= 0.0) for one in values):
             return False
@@ -177,7 +178,7 @@ def vanishes_at_rest(system: FamilySystem, one: Friction, node: Node) -> bool:
         if not slope.is_zero:
             others = graph.sum([(part / slope * by, -1.0) for part, by in rates if by is not v])
             left = substituted(graph, [node], {v: others})[0]
-            return any(map(is_zero, (left, *where_it_vanishes(graph, left, u))))
+            return any(map(is_zero, (left, *where_it_vanishes(graph, left, u), *on_a_sphere(graph, left, u))))
     return False
 
 

@@ -10,7 +10,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.families.arrays import Array, Slots, Total
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.switching.switches import MOST, Merging, switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import MOST, Merging, on_a_sphere, switches, vanishes_with
 
 PARTIAL = "log", "asin", "acos", "acosh", "atanh"
 """Functions that do not have a value everywhere."""
@@ -67,6 +67,8 @@ def _differ(graph: Graph, *both: Node, most: int) -> bool:
     switches."""
     node, argument = both
     if vanishes_with(graph, node, argument):
+        return False
+    if any(left.is_zero for left in on_a_sphere(graph, node, argument)):
         return False
     inside = [one for one in reachable([node, argument]) if one.kind is Kind.SWITCH]
     if not inside or not most:

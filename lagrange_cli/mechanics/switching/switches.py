@@ -48,8 +48,7 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
 
 
 def where_it_vanishes(graph: Graph, node: Node, argument: Node) -> Iterator[Node]:
-    """``node`` where ``argument`` is 0, in several ways: one of its terms is put in terms of the others; of a
-    length also the square, as forces along it are written in powers of that."""
+    """``node`` where ``argument`` is 0, in several ways: one of its terms is put in terms of the others."""
     _, argument = graph.split_coefficient(argument)
     if argument.kind is not Kind.SUM:
         yield where_zero(graph, node, argument)
@@ -59,13 +58,22 @@ def where_it_vanishes(graph: Graph, node: Node, argument: Node) -> Iterator[Node
         others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
         if term not in reachable([others]):
             yield substituted(graph, [node], {term: others})[0]
-            if term.kind is Kind.PRODUCT and len(term.arguments) == 1:
-                ((base, exponent),) = factors_of(term)
-                whole = graph.product([(others, 1.0 / exponent)])
-                left = substituted(graph, [node], {base: whole, term: others})[0]
-                left = substituted(graph, [left], {graph.product([(whole, exponent)]): others})[0]
-                terms = monomials(graph, left)
-                yield left if terms is None else graph.sum(terms)
+
+
+def on_a_sphere(graph: Graph, node: Node, argument: Node) -> Iterator[Node]:
+    """``node`` where an argument is 0 that contains a length: this, and its square, in whose powers forces
+    along it are written, are put in terms of the others, and products multiplied out."""
+    _, argument = graph.split_coefficient(argument)
+    for term, coefficient in zip(argument.arguments, argument.data[1]) if argument.kind is Kind.SUM else ():
+        rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
+        others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
+        if term.kind is Kind.PRODUCT and len(term.arguments) == 1 and term not in reachable([others]):
+            ((base, exponent),) = factors_of(term)
+            whole = graph.product([(others, 1.0 / exponent)])
+            left = substituted(graph, [node], {base: whole, term: others})[0]
+            left = substituted(graph, [left], {graph.product([(whole, exponent)]): others})[0]
+            terms = monomials(graph, left)
+            yield left if terms is None else graph.sum(terms)
 
 
 def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
