@@ -34,7 +34,7 @@ class Energies:
 
 
 def energies_of(builder: FamilyBuilder, spec: Spec) -> Energies:
-    """They, where M is diagonal and constant. Raises ``Unsuited`` where it is not."""
+    """The energies of a system whose M is diagonal and constant. Raises ``Unsuited`` where it is not."""
     if spec.lagrangian is not None:
         lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
         return Energies(*separated(builder, lagrangian), [*builder.totals])

@@ -53,27 +53,32 @@ def where_it_vanishes(graph: Graph, node: Node, argument: Node) -> Iterator[Node
     if argument.kind is not Kind.SUM:
         yield where_zero(graph, node, argument)
         return
-    for term, coefficient in zip(argument.arguments, argument.data[1]):
-        rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
-        others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
-        if term not in reachable([others]):
-            yield substituted(graph, [node], {term: others})[0]
+    for term, others in solutions(graph, argument):
+        yield substituted(graph, [node], {term: others})[0]
 
 
 def on_a_sphere(graph: Graph, node: Node, argument: Node) -> Iterator[Node]:
     """``node`` where an argument is 0 that contains a length: this, and its square, in whose powers forces
     along it are written, are put in terms of the others, and products multiplied out."""
     _, argument = graph.split_coefficient(argument)
-    for term, coefficient in zip(argument.arguments, argument.data[1]) if argument.kind is Kind.SUM else ():
-        rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
-        others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
-        if term.kind is Kind.PRODUCT and len(term.arguments) == 1 and term not in reachable([others]):
+    for term, others in solutions(graph, argument) if argument.kind is Kind.SUM else ():
+        if term.kind is Kind.PRODUCT and len(term.arguments) == 1:
             ((base, exponent),) = factors_of(term)
             whole = graph.product([(others, 1.0 / exponent)])
             left = substituted(graph, [node], {base: whole, term: others})[0]
             left = substituted(graph, [left], {graph.product([(whole, exponent)]): others})[0]
             terms = monomials(graph, left)
             yield left if terms is None else graph.sum(terms)
+
+
+def solutions(graph: Graph, total: Node) -> Iterator[tuple[Node, Node]]:
+    """The terms of a sum that is 0, each with what it is in terms of the others, unless these contain it."""
+    constant, coefficients = total.data
+    for term, coefficient in zip(total.arguments, coefficients):
+        rest = [(a, -k / coefficient) for a, k in zip(total.arguments, coefficients) if a is not term]
+        others = graph.sum([(graph.constant(constant), -1.0 / coefficient), *rest])
+        if term not in reachable([others]):
+            yield term, others
 
 
 def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
