@@ -135,10 +135,14 @@ def is_distance(base: Node, variables: int) -> bool:
 
 def is_depth(base: Node, variables: int, speeds: int) -> bool:
     """Whether it is a coordinate of another frame, as the depth of a contact is: a coordinate plus what does
-    not contain it, or a distance plus a constant. It shows where it is 0, as a coordinate does. (Velocities
-    do not: where a resistance brings to rest, they are 0 and do not change.)"""
+    not contain it, or a distance plus a constant; or one of these or a constant, as a condition says. It
+    shows where it is 0, as a coordinate does. (Velocities do not: where a resistance brings to rest, they are
+    0 and do not change.)"""
     if base.symbols & speeds:
         return False
+    if base.kind is Kind.SWITCH:
+        branches = (one for one in base.arguments[1:] if one.symbols & variables)
+        return all(is_depth(one, variables, speeds) for one in branches)
     if base.kind is not Kind.SUM:
         return base.kind is Kind.SYMBOL
     terms = [one for one in base.arguments if one.symbols & variables]

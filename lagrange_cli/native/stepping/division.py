@@ -18,7 +18,7 @@ from collections.abc import Callable
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES, StepPart, StepParts, choice
-from lagrange_cli.native.stepping.rounding_errors import measure_rounding
+from lagrange_cli.native.stepping.rounding_errors import learn_rounding, measure_rounding
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import HighLow, difference, moved_on
 
@@ -35,6 +35,10 @@ singularity: what is not proven there is no hidden feature."""
 CLOSE = 2.0**-16
 """Parts of a step so short, close to a kink, need not be as short as the series ask for: rounding errors make
 these short there, and what is expected at the end of a part is sound if it is accepted."""
+CROSSED, UNRELATED = 8.0, 2.0**-8
+"""Where so many places of one step were crossed in the shortest parts, and the next part is not accepted
+either though it is shorter than this part of what the series ask for, integrands are off by rounding
+(``learn_rounding``)."""
 SHORTER = 0.7
 """A part that is not proven is tried again so many times as long."""
 NEARBY = 2.0**-30
@@ -97,7 +101,7 @@ class Division:
         it was measured, explains why parts were not accepted before."""
         f, parts, bounds = self.f, self.parts, self.parts.bounds
         zero, one = f.constant(0.0), f.constant(1.0)
-        reached, beyond, gap, usual, last, repeats = (f.variable(zero) for _ in range(6))
+        reached, beyond, gap, usual, last, repeats, crossed = (f.variable(zero) for _ in range(7))
         stretch, push, count = f.variable(one), f.variable(one), f.variable(f.count(0))
         refused, since = f.variable(f.never(1)), f.variable(f.count(PATIENT))
         unexplained = f.variable(f.never(1))
@@ -149,6 +153,10 @@ class Division:
             stretch.set(f.select(unseen, stretch.get() * 2.0, one))
             parts.accept(good)
             refused.set(~good)
+            crossed.set(f.select(at_gap & good, crossed.get() + 1.0, crossed.get()))
+            with f.when(~good & (crossed.get() >= CROSSED) & (h[0] <= asked * UNRELATED)):
+                learn_rounding(parts)
+                crossed.set(zero)
             unexplained.set(unexplained.get() | (~good & (since.get() < PATIENT)))
             index.set(f.select(good, sampled, index.get()))
             for variable, after, old in zip((reached, beyond), part.end, tau):

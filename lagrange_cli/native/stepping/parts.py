@@ -143,6 +143,10 @@ class StepParts:
         """A rate, of a term of its series."""
         return rate * (1.0 / self.units.part.get()) if self.sums.beyond else rate
 
+    def of_series(self, rate: Real) -> Real:
+        """The term of its series, of a rate in time."""
+        return rate * self.units.part.get() if self.sums.beyond else rate
+
     def rescale(self, unit: Real) -> None:
         """Another unit of time for the series from now on."""
         times = unit / self.units.part.get()

@@ -78,6 +78,19 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
             parts.go(place)
 
 
+def learn_rounding(parts: StepParts) -> None:
+    """Write down what the integrands are off by at the end of a part that was not accepted. What they are
+    computed from may be rounded by more than the state is, as the depth of a contact is by parts of a diameter:
+    changes of the state do not show that."""
+    f, own = parts.f, parts.own
+    with own.velocities(f) as row:
+        apart = f.magnitude(parts.rate(row)[0] - row.at(parts.array(RATES)))
+        missed = (apart > row.at(parts.array(ALLOWED))) & (apart < ENDLESS)
+        before = row.at(parts.array(ROUNDING))
+        found = f.larger(parts.of_series(apart) * OFTEN, before)
+        row.put(f.select(missed, found, before), parts.array(ROUNDING))
+
+
 def _set_off(parts: StepParts) -> None:
     """Give what is at rest a direction, in which friction along a vector acts as soon as it is let go."""
     f = parts.f
