@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.arrays import aligned
+from lagrange_cli.integrate.methods.settling import Settling
+from lagrange_cli.integrate.methods.workspace import Workspace, accelerated, outer_rows
 from tests.support.motion import prepared, values_of
 
 
@@ -23,15 +24,17 @@ def coefficients(
     machine, values = prepared(system, outputs=outputs).machine, values_of(system)
     program = machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters])
-    constants, state = aligned(max(1, program.constants)), aligned(program.state.memory)
-    work, rates = aligned(program.work), np.empty(program.rows)
-    machine.prepare(parameters.ctypes.data, constants.ctypes.data)
-    state[: 2 * program.degrees] = [*(values.q if q is None else q), *(values.v if v is None else v)]
-    regular = machine.accelerate(
-        constants.ctypes.data, t, state.ctypes.data, work.ctypes.data, rates.ctypes.data
-    )
+    state = np.zeros(program.rows)
+    state[program.state.motion] = [*(values.q if q is None else q), *(values.v if v is None else v)]
+    space = Workspace(machine, state, t, 0)
+    if program.guards:
+        Settling(machine, space.constants, space.memory, space.work).begin(parameters)
+    else:
+        machine.prepare(parameters.ctypes.data, space.constants.ctypes.data)
+    _, regular = accelerated(machine, space.constants, space.memory, space.work)
     assert regular
-    kept = work[: program.state.width * (program.order + 1)].reshape(program.order + 1, program.state.width)
-    result = kept[:, : program.rows].T.copy()
-    result[:, 0] = state[: program.rows]
+    width, order = space.layout.width, program.order
+    kept = space.work[: width * (order + 1)].reshape(order + 1, width)
+    result = kept[:, outer_rows(program)].T.copy()
+    result[:, 0] = state
     return result

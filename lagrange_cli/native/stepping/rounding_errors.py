@@ -80,8 +80,8 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
 
 def learn_rounding(parts: StepParts) -> None:
     """Write down what the integrands are off by at the end of a part that was not accepted. What they are
-    computed from may be rounded by more than the state is, as the depth of a contact is by parts of a diameter:
-    changes of the state do not show that."""
+    computed from may be rounded by more than the state is, as the depth of a contact is by parts of a
+    diameter: changes of the state do not show that."""
     f, own = parts.f, parts.own
     with own.velocities(f) as row:
         apart = f.magnitude(parts.rate(row)[0] - row.at(parts.array(RATES)))
