@@ -128,6 +128,7 @@ def double(equations: Specification) -> MotionCode:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
+    from lagrange_cli.native.stepping import static_forces
     from lagrange_cli.native.stepping.advance import advance
     from lagrange_cli.native.stepping.coupling import of_residual
     from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
@@ -161,7 +162,8 @@ def double(equations: Specification) -> MotionCode:
             work = floor + whole_vectors(lengths.width)
             lengths = replace(lengths, floor=floor)
             families += related_integrals(equations)
-        own = replace(given_of(equations, work, project), related=families)
+        static = static_forces.in_doubles(residual, equations.state, equations.constants, equations.emitter)
+        own = replace(given_of(equations, work, project), related=families, static=static)
         steps.append(advance(DoubleSteps(lengths, own)))
     parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]
     return MotionCode(parts, work, operations, (0, 1, layout.width))
@@ -185,6 +187,7 @@ def double_double(equations: Specification) -> MotionCode:
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
+    from lagrange_cli.native.stepping import static_forces
     from lagrange_cli.native.stepping.double_doubles import lengths_of, stepper
 
     rows = arrange(equations.series, equations.order, equations.state.width)
@@ -196,7 +199,9 @@ def double_double(equations: Specification) -> MotionCode:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    given = replace(given_of(equations, work, project), related=related_integrals(equations))
+    static = static_forces.in_double_doubles(equations.residual, equations.state, equations.constants)
+    given = given_of(equations, work, project)
+    given = replace(given, related=related_integrals(equations), static=static)
     stepping = stepper(lengths_of(rows, given), rows.beyond, given)
     parts = [*operations(), *functions(), jet, *stepping]
     return MotionCode(parts, work, count, (LANES, 2 * rows.beyond, 1))

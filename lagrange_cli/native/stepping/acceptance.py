@@ -98,7 +98,7 @@ def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function
     numbers.
 
     They may differ by ``allowed`` and ``uneven``, times ``slack``. Where failures are ``unexplained``, they
-    and those expected may be at most ``floor`` instead: nothing but rounding of what rests. If low parts are
+    and those expected must be at most ``floor`` instead: nothing but rounding of what rests. If low parts are
     ``low`` doubles behind coefficients, the first of these are accelerations times ``inverse``.
     """
     more = ", ptr noalias %low, double %inverse" if low else ""
@@ -116,7 +116,7 @@ def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function
             distance = (expected - found) + (row.at("%low") - rest)
         strictly = f.magnitude(distance).compared("ugt", (row.at("%allowed") + uneven) * slack)
         grossly = f.magnitude(found).compared("ugt", floor) | f.magnitude(expected).compared("ugt", floor)
-        apart = strictly & (grossly | ~f.splat(Bit(f, "%unexplained"), lengths.lanes))
+        apart = f.select(Bit(f, "%unexplained"), grossly, strictly)
         if lengths.followed[1]:
             new = row.at("%integrals")
             apart = apart & new.equals(new)

@@ -87,13 +87,20 @@ class Planned:
 
 
 def plan(at: Progress, now: Now) -> Planned:
-    """The step that the series allow."""
+    """The step that the series allow. Where time does not resolve it, and what rests begins to move, the step
+    is as short as time resolves."""
     f, steps, t = at.f, at.steps, now.t
     gap = at.clock(Clock.GAP)
     now, by_series, sound = steps.choose(f, now, at.leave)
     left = (at.stop - t) - now.low
-    h = steps.vet(f, now, by_series, left, gap.equals(0.0))
-    reach, passed = f.smaller(h, left), f.magnitude(t)
+    h, passed = steps.vet(f, now, by_series, left, gap.equals(0.0)), f.magnitude(t)
+    if steps.given.static and not steps.constrained:
+        resolved = passed * (2.0 * steps.bounds.ulp)
+        creeps = (h < resolved) & f.call(
+            Bit, "creeps", f.pointer("%work"), *steps.scaled(f, now.unit, resolved)
+        )
+        h = f.select(creeps, resolved, h)
+    reach = f.smaller(h, left)
     too_short = (h <= passed * steps.bounds.shortest + SMALLEST) & (h < left)
     with f.when(too_short | (at.tries.get() >= TRIES)):
         at.leave(Stop.UNDERFLOW)

@@ -45,14 +45,9 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
         before = at.clock_before(Clock.PROJECTIONS)
         lenient = lenient | (at.clock(Clock.PROJECTIONS) > before)
     slack = f.select(lenient, NOISY, at.one)
-    agrees = f.variable(steps.agree(f, now, at.uneven.get(), slack, unexplained > 0.0, floor) & regular)
+    good = steps.agree(f, now, at.uneven.get(), slack, unexplained > 0.0, floor) & regular
     blind, less = at.pending.get().equals(BLIND), at.taken.get() - 1
-    usual = at.usual_before.get()
-    with f.when(~agrees.get() & regular & blind & (at.length.get() > usual * steps.bounds.widest)):
-        # what rests is hardly moved by forces that are rounded, as 1 - cos(t) is where it begins
-        little = steps.bounds.nothing(f, usual)
-        agrees.set(steps.agree(f, now, at.uneven.get(), at.one, at.yes, little))
-    with f.when(~agrees.get()):
+    with f.when(~good):
         take_back(at, Refused(now, regular, blind, less, floor, failures, unexplained))
         rounds.go_on()
     if steps.quadratures:

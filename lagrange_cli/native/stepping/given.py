@@ -57,5 +57,8 @@ class Given:
     coupled: Sequence[tuple[int, int]] = ()
     """The first coordinate and the number of those whose accelerations are found together: none is known to
     less than the rounding error of the largest one."""
+    static: str = ""
+    """The text of ``@allow_static(constants, state, errors)``, if forces may cancel at rest
+    (``static_forces``)."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""

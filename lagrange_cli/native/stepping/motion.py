@@ -24,6 +24,7 @@ from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.related import allow_rounding, write_floors
+from lagrange_cli.native.stepping.static_forces import creeping
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import HighLow, Sums, difference
@@ -31,6 +32,15 @@ from lagrange_cli.records import replace
 
 AT_REST = 2.0**-900
 """Where steps are proven, velocities below this do not limit them."""
+
+
+def again(f: Function, good: Bit, accept: Callable[[], Bit], allow: str, *given: Pointer) -> Bit:
+    """Whether a step is ``good``, or one to ``accept`` once more is allowed."""
+    found = f.variable(good)
+    with f.when(~good):
+        f.call(None, allow, *given)
+        found.set(accept())
+    return found.get()
 
 
 class Steps(ABC):
@@ -174,13 +184,14 @@ class Steps(ABC):
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
         made += [self.noise.function()] if self.noise else []
-        texts = clear_function(), self.given.project, self.given.floors
+        texts = clear_function(), self.given.project, self.given.floors, self.given.static
         return [*texts, *guards, *(f.text() for f in made)]
 
     def acceptance(self) -> list[Function]:
         """What ``agree`` calls."""
         coupled = allow_rounding(self.lengths, self.given.coupled, self.bounds.rounding)
-        return [accepted(self.lengths, self.sums.beyond), *coupled]
+        slow = [creeping(self.lengths, self.bounds.nothing_much)] if self.given.static else []
+        return [accepted(self.lengths, self.sums.beyond), *coupled, *slow]
 
     def project(self, f: Function, due: Variable[Integer] | None) -> None:
         """Move the state back to the constraints, if there are any and it is not there; but not where they
@@ -245,7 +256,7 @@ class Steps(ABC):
 
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
         """Whether the accelerations are those expected (``acceptance.accepted``), at least to the rounding
-        errors of those that are found together with them."""
+        errors of those that are found together with them, and of forces that cancel."""
         rates, allowed, low = self.expected(f)
         given = rates, allowed, uneven, slack, unexplained, floor
         more = (low, 1.0 / now.unit) if self.parts > 1 else ()
@@ -253,13 +264,12 @@ class Steps(ABC):
         def accept() -> Bit:
             return f.call(Bit, "accepted", f.pointer("%work"), *given, *more)
 
-        if not self.given.coupled:
-            return accept()
-        good = f.variable(accept())
-        with f.when(~good.get()):
-            f.call(None, "allow_rounding", rates, allowed)
-            good.set(accept())
-        return good.get()
+        good = accept()
+        if self.given.coupled:
+            good = again(f, good, accept, "allow_rounding", rates, allowed)
+        if self.given.static:
+            good = again(f, good, accept, "allow_static", *f.pointers("constants", "state"), allowed)
+        return good
 
     # integrals
 

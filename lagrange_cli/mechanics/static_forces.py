@@ -1,0 +1,79 @@
+"""Forces that cancel one another where nothing moves: what is left of them is rounding."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.node import Kind, Node, reachable, union
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.rounding import size_of
+from lagrange_cli.mechanics.substitution import rewritten
+
+
+def static_forces(residual: Residual) -> tuple[Node, ...]:
+    """What is left of the equations of motion at rest, where all velocities, accelerations and multipliers
+    are 0, in q and t."""
+    graph, model = residual.graph, residual.model
+    still = {
+        *residual.state_v,
+        *model.v,
+        *residual.multipliers,
+        *(one.multiplier for one in residual.contacts),
+    }
+
+    def change(node: Node, arguments: list[Node]) -> Node | None:
+        if node in still:
+            return graph.zero
+        return graph.diff(arguments[0], model.time) if node.kind is Kind.DDT else None
+
+    return rewritten(graph, residual.residual[: len(model.q)], change)
+
+
+def rounding_at_rest(residual: Residual) -> tuple[Node, ...]:
+    """The rounding errors of the forces at rest in units of the last place, an expression for each equation;
+    none at all if these are 0 only where coordinates are, or are known to that part of these. Nor where they
+    have roots of what may be 0: errors there have no bound."""
+    forces, graph = static_forces(residual), residual.graph
+    moving = union((*residual.model.q, residual.model.time))
+    places, nodes = union(residual.model.q), reachable(forces)
+    if not any(_may_cancel(node, moving, places) for node in nodes):
+        return ()
+    if any(_has_root(node, moving) for node in nodes):
+        return ()
+    return tuple(size_of(graph, force) for force in forces)
+
+
+def _may_cancel(node: Node, moving: int, places: int) -> bool:
+    """Whether it is a sum that may be 0 where no coordinate is: that of something that moves, and of what
+    contains no coordinates."""
+    if node.kind is not Kind.SUM or not node.symbols & moving:
+        return False
+    constant, _ = node.data
+    fixed = any(not one.symbols & places for one in node.arguments)
+    return bool(constant) or (fixed and len(node.arguments) > 1)
+
+
+def _has_root(node: Node, moving: int) -> bool:
+    """Whether it is a power, not whole, of anything that is not positive for certain."""
+    if not node.symbols & moving:
+        return False
+    if node.kind is Kind.PRODUCT:
+        broken = [a for a, exponent in zip(node.arguments, node.data) if exponent != int(exponent)]
+        return any(one.symbols & moving and not _is_positive(one, moving) for one in broken)
+    return node.kind is Kind.POWER
+
+
+def _is_positive(node: Node, moving: int) -> bool:
+    """Whether it is a sum of squares and of something constant."""
+    if node.kind is not Kind.SUM:
+        return False
+    constant, coefficients = node.data
+    fixed = constant > 0 or any(not one.symbols & moving for one in node.arguments)
+    return fixed and all(
+        scale > 0 and (not one.symbols & moving or _is_square(one, moving))
+        for one, scale in zip(node.arguments, coefficients)
+    )
+
+
+def _is_square(node: Node, moving: int) -> bool:
+    return node.kind is Kind.PRODUCT and all(
+        exponent % 2 == 0 for base, exponent in zip(node.arguments, node.data) if base.symbols & moving
+    )
