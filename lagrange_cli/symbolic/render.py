@@ -124,6 +124,12 @@ class Notation(ABC):
     functions_last = False
     """Whether functions follow all other factors, as is necessary if their arguments have no parentheses."""
 
+    powers_of_ten = False
+    """Whether a very large or small decimal number is a product with a power of 10: 1.5 10^-9."""
+
+    powers_of_e = False
+    """Whether exp(x) is a power of e, where e is not the name of something else: its function is then "e"."""
+
     bars_enclose = False
     """Whether the bar of a fraction makes parentheses around numerator and denominator unnecessary."""
 
@@ -170,7 +176,7 @@ class Renderer:
         if expression.is_Function:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:
-            return self.notation.call("exp", ["1"]), Level.ATOM
+            return self.notation.call(self.exponential, ["1"]), Level.ATOM
         if expression is sympy.pi:
             return self.notation.pi, Level.ATOM
         raise NotReal(
@@ -209,7 +215,7 @@ class Renderer:
         denominator = bottom + self.factors(below, alone=not bottom)
         if denominator:
             return self.notation.fraction(numerator, denominator)
-        if len(numerator) > 1:
+        if len(numerator) > 1 or (self.notation.powers_of_ten and "e" in digits_of(number)):
             return self.notation.product(numerator), Level.PRODUCT
         return (numerator or ["1"])[0], Level.ATOM
 
@@ -230,11 +236,7 @@ class Renderer:
         if value.denominator == 1 and value.numerator < 10**15:
             return [str(value.numerator)], []
         if not reads_as_fraction(value, self.order.decimals):
-            try:
-                digits = repr(float(value))
-            except OverflowError:
-                digits = str(value.numerator // value.denominator)
-            return [self.notation.decimal(digits)], []
+            return [self.notation.decimal(digits_of(value))], []
         return ([] if value.numerator == 1 else [str(value.numerator)]), [str(value.denominator)]
 
     def power(self, expression: sympy.Expr) -> tuple[str, Level]:
@@ -288,7 +290,24 @@ class Renderer:
 
     def call(self, expression: sympy.Expr, exponent: str = "") -> str:
         arguments = [self.at(argument, Level.SUM) for argument in expression.args]
-        return self.notation.call(expression.func.__name__, arguments, exponent)
+        name = expression.func.__name__
+        if name == "exp" and not exponent:
+            name = self.exponential
+        return self.notation.call(name, arguments, exponent)
+
+    @property
+    def exponential(self) -> str:
+        """What the function exp is called."""
+        named = sympy.Symbol("e") in self.order.ranks
+        return "e" if self.notation.powers_of_e and not named else "exp"
+
+
+def digits_of(value: Fraction) -> str:
+    """A decimal number with the digits of a double; an integer beyond those with all of its own."""
+    try:
+        return repr(float(value))
+    except OverflowError:
+        return str(value.numerator // value.denominator)
 
 
 def negated(expression: sympy.Expr) -> sympy.Expr:
