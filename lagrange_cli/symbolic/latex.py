@@ -49,6 +49,9 @@ class Latex(Notation):
             text += "_{" + ",".join(self.index(index) for index in indices) + "}"
         return text
 
+    def verbatim(self, name: str) -> str:
+        return rf"\mathrm{{{escaped(name)}}}"
+
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
         return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)

@@ -58,6 +58,9 @@ class MathML(Notation):
             text = f"<msub>{text}{row(below)}</msub>"
         return text
 
+    def verbatim(self, name: str) -> str:
+        return f"<mi>{escape(name)}</mi>"
+
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
         return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)

@@ -11,6 +11,7 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Switch
+from lagrange_cli.symbolic.decimals import digits_of, reads_as_fraction
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Summed
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
@@ -36,9 +37,20 @@ class Notation(ABC):
     negative = "-"
     becomes = " -> "
 
+    literal: frozenset[str] = frozenset()
+    """Names that are shown as they are, since others would look the same."""
+
+    def name(self, name: str) -> str:
+        """A name: a parameter, a coordinate, a velocity ``theta_dot``, an acceleration ``theta_ddot``."""
+        return self.verbatim(name) if name in self.literal else self.symbol(name)
+
     @abstractmethod
     def symbol(self, name: str) -> str:
-        """A name: a parameter, a coordinate, a velocity ``theta_dot``, an acceleration ``theta_ddot``."""
+        """A name in the letters, indices and dots of the notation."""
+
+    def verbatim(self, name: str) -> str:
+        """A name, letter by letter."""
+        return name
 
     @abstractmethod
     def decimal(self, digits: str) -> str:
@@ -159,7 +171,7 @@ class Renderer:
         if is_negative(expression):
             return self.notation.negative + self.at(negated(expression), Level.PRODUCT), Level.SUM
         if expression.is_Symbol:
-            return self.notation.symbol(expression.name), Level.ATOM
+            return self.notation.name(expression.name), Level.ATOM
         if expression.is_Rational or expression.is_Mul:
             return self.quotient(expression)
         if expression.is_Pow and expression.exp.is_Rational:
@@ -302,33 +314,9 @@ class Renderer:
         return "e" if self.notation.powers_of_e and not named else "exp"
 
 
-def digits_of(value: Fraction) -> str:
-    """A decimal number with the digits of a double; an integer beyond those with all of its own."""
-    try:
-        return repr(float(value))
-    except OverflowError:
-        return str(value.numerator // value.denominator)
-
-
 def negated(expression: sympy.Expr) -> sympy.Expr:
     """A term written with a minus sign, without this sign; a sum in the term is not expanded."""
     coefficient, rest = expression.as_coeff_Mul()
     if rest.is_Add and coefficient != -1:
         return sympy.Mul(-coefficient, rest, evaluate=False)
     return -coefficient * rest
-
-
-def reads_as_fraction(value: Fraction, decimals: bool) -> bool:
-    """Whether to write a fraction (1/2, 3/4, 1/3, 1/5), as textbooks do, rather than a decimal number (9.81,
-    0.3), which is used only beside other ``decimals``."""
-    if not decimals and max(value.numerator, value.denominator) < 1000:
-        return True
-    rest = value.denominator
-    for prime in (2, 5):
-        while rest % prime == 0:
-            rest //= prime
-    if rest != 1:  # no decimal number equals it: a fraction, unless it is very long
-        return max(value.numerator, value.denominator) < 10**15
-    if value.denominator & (value.denominator - 1) == 0:
-        return value.numerator < 10 and value.denominator <= 1024
-    return value.numerator < 10 and value.denominator == 5
