@@ -4,7 +4,7 @@ class Recorded {
   // `table` has the rows t, q, v and what was observed, `count` numbers each.
   constructor(engine, member, table, parameters) {
     const { degrees } = engine.data;
-    Object.assign(this, { engine, member, table, count: member.count, ended: true, reason: member.reason ?? "" });
+    Object.assign(this, { engine, member, table, parameters, count: member.count, ended: true, reason: member.reason ?? "" });
     Object.assign(this, { events: [], steps: 0, observed: member.count, done: member.count, failed: false });
     engine.prepare(parameters);
     if (engine.data.points) {
@@ -27,6 +27,7 @@ class Recorded {
   quantity(k) { return this.row(1 + 2 * this.engine.data.degrees + k); }
   trace(k) { return this.engine.at(this.engine.traced + 8 * k * this.engine.stride, this.count); }
   stateAt(t) { return interpolated(this, t, this.engine.data.degrees); }
-  points(t) { return this.engine.place(t, this.stateAt(t).q); }
+  ready(t) { this.engine.ready(this.parameters); }
+  points(t) { this.ready(t); return this.engine.place(t, this.stateAt(t).q); }
   compute() { return true; }
 }
