@@ -11,10 +11,9 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Switch
-from lagrange_cli.symbolic.decimals import digits_of, reads_as_fraction
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Summed
-from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
+from lagrange_cli.symbolic.order import Order, base_and_exponent, digits_of, is_negative, reads_as_fraction
 from lagrange_cli.symbolic.work import charge
 
 STEPS_A_PIECE = 10
