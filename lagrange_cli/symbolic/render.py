@@ -156,6 +156,9 @@ class Renderer:
     def __init__(self, notation: Notation, order: Order) -> None:
         self.notation = notation
         self.order = order
+        power = notation.powers_of_e and all(symbol.name != "e" for symbol in order.ranks)
+        self.exponential = "e" if power else "exp"
+        """What the function exp is called."""
 
     def at(self, expression: sympy.Expr, level: Level) -> str:
         """The text, in parentheses if its precedence is below ``level``."""
@@ -305,12 +308,6 @@ class Renderer:
         if name == "exp" and not exponent:
             name = self.exponential
         return self.notation.call(name, arguments, exponent)
-
-    @property
-    def exponential(self) -> str:
-        """What the function exp is called."""
-        named = sympy.Symbol("e") in self.order.ranks
-        return "e" if self.notation.powers_of_e and not named else "exp"
 
 
 def negated(expression: sympy.Expr) -> sympy.Expr:
