@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.folder import Folder
-from lagrange_cli.api.given import number_of
+from lagrange_cli.api.given import finite_of, is_whole
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.plot import Shown, file_of, words
 from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.film import FRAMES, check_film
 from lagrange_cli.run.animate import find_folder, format_of, write
+from lagrange_cli.run.film_bounds import FASTEST, LEAST, MOST, SLOWEST
 from lagrange_cli.run.monitor import Silence
 from lagrange_cli.run.reel import FilmRequest, reel_of
 from lagrange_cli.store.find_target import find_target
@@ -103,6 +104,17 @@ class Film:
         return f"<film of {self._reel.name}: {self.pictures} pictures, {self.seconds:.3g} s>"
 
 
+def even_size(size: tuple[int, int] | None) -> tuple[int, int] | None:
+    """The size of pictures, as films must have it. Raises ``UsageError`` for what is none."""
+    if size is None:
+        return None
+    pair = size if isinstance(size, Sequence) and len(size) == 2 else ()
+    if not pair or not all(is_whole(one) and LEAST <= one <= MOST for one in pair):
+        raise UsageError(f"size must be two whole numbers from {LEAST} to {MOST}, not {size!r:.60}")
+    width, height = map(int, pair)
+    return width + width % 2, height + height % 2
+
+
 @in_python
 def animate(
     result: Shown,
@@ -149,12 +161,16 @@ def animate(
         The file cannot be read, or is no output of lagrange.
     """
     check_film("animate")
-    fps = number_of("fps", fps)
-    speed = None if speed is None else number_of("speed", speed)
-    if not fps > 0 or (speed is not None and not speed > 0):
-        raise UsageError("speed and fps must be positive")
-    even = None if size is None else (size[0] + size[0] % 2, size[1] + size[1] % 2)
-    asked = FilmRequest(fps, speed, begin, end, trail, words(panels), even)
+    fps = finite_of("fps", fps)
+    times = {"speed": speed, "begin": begin, "end": end, "trail": trail}
+    speed, begin, end, trail = (None if one is None else finite_of(name, one) for name, one in times.items())
+    if not SLOWEST <= fps <= FASTEST:
+        raise UsageError(f"fps must be a number from {SLOWEST:g} to {FASTEST:g}, not {fps:g}")
+    if speed is not None and not speed > 0:
+        raise UsageError(f"speed must be a number greater than 0, not {speed:g}")
+    if trail is not None and not trail >= 0:
+        raise UsageError(f"trail must be a number of at least 0, not {trail:g}")
+    asked = FilmRequest(fps, speed, begin, end, trail, words(panels), even_size(size))
     with ExitStack() as stack, Result(str(file_of(result, stack))) as opened:
         opened.name = os.fspath(result) if isinstance(result, (str, Path)) else opened.title
         return Film(reel_of(opened, asked))

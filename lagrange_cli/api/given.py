@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from numbers import Integral, Real
@@ -156,6 +157,14 @@ def number_of(name: str, given: float) -> float:
     if isinstance(given, bool) or not isinstance(given, Real):
         raise UsageError(f"{name} must be a number, not {given!r:.60}")
     return float(given)
+
+
+def finite_of(name: str, given: float) -> float:
+    """A finite number; raises ``UsageError`` for anything else."""
+    found = number_of(name, given)
+    if not math.isfinite(found):
+        raise UsageError(f"{name} must be a finite number, not {found:g}")
+    return found
 
 
 def demand_of(certify: bool, digits: float | None, target_error: float | None) -> Demand | None:

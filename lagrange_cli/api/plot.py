@@ -172,4 +172,6 @@ def names_of(results: Sequence[Any]) -> list[str]:
 def words(given: str | Iterable[str] | None) -> tuple[str, ...]:
     """``"q,drift"`` or ``["q", "drift"]`` as words."""
     listed = () if given is None else given.split(",") if isinstance(given, str) else given
+    if not isinstance(listed, Iterable):
+        raise UsageError(f"a list of names is expected, as in ['q', 'drift'], not {given!r:.60}")
     return tuple(str(word).strip() for word in listed if str(word).strip())

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import atexit
+import io
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -136,9 +137,23 @@ def run() -> NoReturn:
     take longer than to follow a short motion.
     """
     heed_endings()
+    buffer_output()
     status = main()
     atexit._run_exitfuncs()  # what others have asked for at the end of the process, as coverage does
     os._exit(status)
+
+
+def buffer_output() -> None:
+    """Give standard output a buffer, which writes all that it is given.
+
+    Without one (PYTHONUNBUFFERED=1), Python drops in silence what does not fit in at once, as on a full disk.
+    """
+    shown: Any = sys.stdout
+    raw = getattr(shown, "buffer", None)
+    if isinstance(raw, io.RawIOBase):
+        told = {"encoding": shown.encoding, "errors": shown.errors}
+        shown.detach()
+        sys.stdout = io.TextIOWrapper(io.BufferedWriter(raw), **told, line_buffering=True)
 
 
 def flush_output() -> None:

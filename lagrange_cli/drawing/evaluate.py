@@ -8,6 +8,7 @@ from functools import reduce
 
 import numpy as np
 
+from lagrange_cli.drawing.along import Along
 from lagrange_cli.drawing.drawing import Drawing, Locus
 from lagrange_cli.expression.arrays import Array, evaluate
 from lagrange_cli.expression.vocabulary import TIME
@@ -46,9 +47,17 @@ class Extent:
 
 
 def points(drawing: Drawing, t: Array, q: Array, parameters: Mapping[str, float]) -> Array:
-    """All points (points, dimension, samples) at the times ``t`` (samples,) with ``q`` (samples, n)."""
+    """All points (points, dimension, samples) at the times ``t`` (samples,) with ``q`` (samples, n).
+
+    Parameters may change ``Along`` the motion.
+    """
     if drawing.located is not None:
-        return drawing.located.at(t, q, parameters)
+        if not isinstance(parameters, Along):
+            return drawing.located.at(t, q, parameters)
+        parts = [drawing.located.at(t[one], q[one], own) for one, own in parameters.pieces(t)]
+        return np.concatenate(parts, axis=-1) if parts else drawing.located.at(t, q, parameters)
+    if isinstance(parameters, Along):
+        parameters = parameters.at(t)
     values = evaluate(drawing.nodes, _symbols(drawing, t, q, parameters))
     shape = len(drawing.points), drawing.dimension, len(t)
     return np.array([np.broadcast_to(one, t.shape) for one in values]).reshape(shape)
@@ -66,6 +75,8 @@ def locus(
 
     Its ranges must be known: see ``fitted``.
     """
+    if isinstance(parameters, Along):
+        _, parameters = next(parameters.pieces(np.array([t])))
     count = SAMPLES if len(curve.along) == 1 else MESH
     axes = [np.linspace(*ends, count) for ends in curve.ranges if ends is not None]
     runs = np.meshgrid(*axes, indexing="ij")

@@ -21,11 +21,13 @@ from lagrange_cli.run.plots.motions import Run, opened
 from lagrange_cli.run.plots.quantities import with_unit
 from lagrange_cli.run.plots.reading import together
 from lagrange_cli.run.sampling import read_samples
+from lagrange_cli.run.set_parameters import of_output, parameters_along
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 from lagrange_cli.store.result import Result
 
 if TYPE_CHECKING:
+    from lagrange_cli.drawing.along import Along
     from lagrange_cli.drawing.drawing import Drawing
 
 Array = np.ndarray
@@ -79,7 +81,7 @@ class Reel:
     speed: float
     fps: float
     drawing: Drawing
-    parameters: dict[str, float]
+    parameters: Along
     t: Array
     q: Array
     trail: int
@@ -145,7 +147,8 @@ def reel_of(result: Result, asked: FilmRequest) -> Reel:
 
     Raises ``UsageError`` for what cannot be shown, and ``FileError`` for what cannot be read.
     """
-    spec, parameters = read_system(result)
+    spec, given = read_system(result)
+    parameters = parameters_along(of_output(result), spec, given)
     samples, (begin, end) = read_samples(result, spec, asked.begin, asked.end)
     duration = abs(end - begin)
     speed = asked.speed or usual_speed(duration)
@@ -161,7 +164,7 @@ def reel_of(result: Result, asked: FilmRequest) -> Reel:
     finer = finer_than(step, spacing, count)
     t: Array = begin + direction * step / finer * np.arange((count - 1) * finer + 1)
     q = samples.at(t)
-    values = Values(parameters, tuple(q[0].tolist()), tuple(samples.v[0].tolist()))
+    values = Values(given, tuple(q[0].tolist()), tuple(samples.v[0].tolist()))
     drawing = draw(spec, values, float(t[0]))
     seen = None
     for first in range(0, len(t), PIECE):

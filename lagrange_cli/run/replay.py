@@ -49,7 +49,9 @@ def view_output(path: Path, stage: Stage = untimed, member: int | None = None) -
 
 def replayed(path: Path, spec: Spec, found: Made, stage: Stage) -> Page:
     """The page that replays a motion."""
+    from lagrange_cli.run.set_parameters import of_output, parameters_along
     from lagrange_cli.store.replay import samples
+    from lagrange_cli.store.result import Result
 
     with stage("parse"):
         names = families(spec)
@@ -68,7 +70,9 @@ def replayed(path: Path, spec: Spec, found: Made, stage: Stage) -> Page:
     )
     motion = Motion(spec, values, settings)
     done = found.status in ("complete", "stopped")
-    followed = ViewedMotion(t, q, v, observed, "" if done else found.message, len(t))
+    with stage("parse"), Result(str(path)) as result:
+        along = parameters_along(of_output(result), spec, found.parameters)
+    followed = ViewedMotion(t, q, v, observed, "" if done else found.message, len(t), along)
     notice = f"This page replays {path.name}."
     if not done:
         notice += f" The run ended early: {found.message}."

@@ -33,6 +33,7 @@ class Latex(Notation):
 
     pi, becomes = r"\pi", r" \to "
     powers_of_functions = functions_last = bars_enclose = True
+    powers_of_ten = powers_of_e = True
 
     def symbol(self, name: str) -> str:
         if name.startswith("("):  # a whole number
@@ -47,6 +48,9 @@ class Latex(Notation):
         if indices:
             text += "_{" + ",".join(self.index(index) for index in indices) + "}"
         return text
+
+    def verbatim(self, name: str) -> str:
+        return rf"\mathrm{{{escaped(name)}}}"
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
@@ -128,7 +132,7 @@ class Latex(Notation):
         if function == "abs":
             bars = rf"\left|{arguments[0]}\right|"
             return self.power(bars, exponent) if exponent else bars
-        if function == "exp" and not exponent:
+        if function == "e":
             return rf"e^{{{arguments[0]}}}"
         name = FUNCTIONS.get(function, f"\\{function}")
         raised = f"{name}^{{{exponent}}}" if exponent else name

@@ -42,6 +42,7 @@ class MathML(Notation):
     plus, minus, negative, becomes = map(operator, "+−−→")
     pi = "<mi>π</mi>"
     powers_of_functions = functions_last = bars_enclose = True
+    powers_of_ten = powers_of_e = True
 
     def symbol(self, name: str) -> str:
         if name.startswith("("):  # a whole number
@@ -56,6 +57,9 @@ class MathML(Notation):
             below = operator(",").join(self.index(index) if index else "" for index in indices)
             text = f"<msub>{text}{row(below)}</msub>"
         return text
+
+    def verbatim(self, name: str) -> str:
+        return f"<mi>{escape(name)}</mi>"
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
@@ -144,7 +148,7 @@ class MathML(Notation):
         if function == "abs":
             bars = row('<mo stretchy="true">|</mo>', listed, '<mo stretchy="true">|</mo>')
             return self.power(bars, exponent) if exponent else bars
-        if function == "exp" and not exponent:
+        if function == "e":
             return f"<msup><mi>e</mi>{row(listed)}</msup>"
         name = f"<mi>{escape(FUNCTIONS.get(function, function))}</mi>"
         raised = f"<msup>{name}{row(numbered(exponent))}</msup>" if exponent else name

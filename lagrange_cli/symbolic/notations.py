@@ -267,7 +267,7 @@ class Unicode(Text):
 
     plus, minus, negative, becomes = " + ", " − ", "−", " → "
     pi = "π"
-    powers_of_functions = True
+    powers_of_functions = powers_of_ten = True
 
     def symbol(self, name: str) -> str:
         if name.startswith("("):  # a whole number

@@ -8,6 +8,7 @@ rest.
 from __future__ import annotations
 
 from enum import IntEnum
+from fractions import Fraction
 from typing import Any
 
 import sympy
@@ -163,3 +164,27 @@ def is_negative(term: sympy.Expr) -> bool:
 def base_and_exponent(factor: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
     """A factor as base and exponent; unlike in sympy, exp(x) is a function and not a power."""
     return (factor.base, factor.exp) if factor.is_Pow else (factor, sympy.S.One)
+
+
+def digits_of(value: Fraction) -> str:
+    """A decimal number with the digits of a double; an integer beyond those with all of its own."""
+    try:
+        return repr(float(value))
+    except OverflowError:
+        return str(value.numerator // value.denominator)
+
+
+def reads_as_fraction(value: Fraction, decimals: bool) -> bool:
+    """Whether to write a fraction (1/2, 3/4, 1/3, 1/5), as textbooks do, rather than a decimal number (9.81,
+    0.3), which is used only beside other ``decimals``."""
+    if not decimals and max(value.numerator, value.denominator) < 1000:
+        return True
+    rest = value.denominator
+    for prime in (2, 5):
+        while rest % prime == 0:
+            rest //= prime
+    if rest != 1:  # no decimal number equals it: a fraction, unless it is very long
+        return max(value.numerator, value.denominator) < 10**15
+    if value.denominator & (value.denominator - 1) == 0:
+        return value.numerator < 10 and value.denominator <= 1024
+    return value.numerator < 10 and value.denominator == 5

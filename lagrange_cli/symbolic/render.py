@@ -13,7 +13,7 @@ from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Switch
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Summed
-from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
+from lagrange_cli.symbolic.order import Order, base_and_exponent, digits_of, is_negative, reads_as_fraction
 from lagrange_cli.symbolic.work import charge
 
 STEPS_A_PIECE = 10
@@ -36,9 +36,20 @@ class Notation(ABC):
     negative = "-"
     becomes = " -> "
 
+    literal: frozenset[str] = frozenset()
+    """Names that are shown as they are, since others would look the same."""
+
+    def name(self, name: str) -> str:
+        """A name: a parameter, a coordinate, a velocity ``theta_dot``, an acceleration ``theta_ddot``."""
+        return self.verbatim(name) if name in self.literal else self.symbol(name)
+
     @abstractmethod
     def symbol(self, name: str) -> str:
-        """A name: a parameter, a coordinate, a velocity ``theta_dot``, an acceleration ``theta_ddot``."""
+        """A name in the letters, indices and dots of the notation."""
+
+    def verbatim(self, name: str) -> str:
+        """A name, letter by letter."""
+        return name
 
     @abstractmethod
     def decimal(self, digits: str) -> str:
@@ -124,6 +135,12 @@ class Notation(ABC):
     functions_last = False
     """Whether functions follow all other factors, as is necessary if their arguments have no parentheses."""
 
+    powers_of_ten = False
+    """Whether a very large or small decimal number is a product with a power of 10: 1.5 10^-9."""
+
+    powers_of_e = False
+    """Whether exp(x) is a power of e, where e is not the name of something else: its function is then "e"."""
+
     bars_enclose = False
     """Whether the bar of a fraction makes parentheses around numerator and denominator unnecessary."""
 
@@ -139,6 +156,9 @@ class Renderer:
     def __init__(self, notation: Notation, order: Order) -> None:
         self.notation = notation
         self.order = order
+        power = notation.powers_of_e and all(symbol.name != "e" for symbol in order.ranks)
+        self.exponential = "e" if power else "exp"
+        """What the function exp is called."""
 
     def at(self, expression: sympy.Expr, level: Level) -> str:
         """The text, in parentheses if its precedence is below ``level``."""
@@ -153,7 +173,7 @@ class Renderer:
         if is_negative(expression):
             return self.notation.negative + self.at(negated(expression), Level.PRODUCT), Level.SUM
         if expression.is_Symbol:
-            return self.notation.symbol(expression.name), Level.ATOM
+            return self.notation.name(expression.name), Level.ATOM
         if expression.is_Rational or expression.is_Mul:
             return self.quotient(expression)
         if expression.is_Pow and expression.exp.is_Rational:
@@ -170,7 +190,7 @@ class Renderer:
         if expression.is_Function:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:
-            return self.notation.call("exp", ["1"]), Level.ATOM
+            return self.notation.call(self.exponential, ["1"]), Level.ATOM
         if expression is sympy.pi:
             return self.notation.pi, Level.ATOM
         raise NotReal(
@@ -209,7 +229,7 @@ class Renderer:
         denominator = bottom + self.factors(below, alone=not bottom)
         if denominator:
             return self.notation.fraction(numerator, denominator)
-        if len(numerator) > 1:
+        if len(numerator) > 1 or (self.notation.powers_of_ten and "e" in digits_of(number)):
             return self.notation.product(numerator), Level.PRODUCT
         return (numerator or ["1"])[0], Level.ATOM
 
@@ -230,11 +250,7 @@ class Renderer:
         if value.denominator == 1 and value.numerator < 10**15:
             return [str(value.numerator)], []
         if not reads_as_fraction(value, self.order.decimals):
-            try:
-                digits = repr(float(value))
-            except OverflowError:
-                digits = str(value.numerator // value.denominator)
-            return [self.notation.decimal(digits)], []
+            return [self.notation.decimal(digits_of(value))], []
         return ([] if value.numerator == 1 else [str(value.numerator)]), [str(value.denominator)]
 
     def power(self, expression: sympy.Expr) -> tuple[str, Level]:
@@ -288,7 +304,10 @@ class Renderer:
 
     def call(self, expression: sympy.Expr, exponent: str = "") -> str:
         arguments = [self.at(argument, Level.SUM) for argument in expression.args]
-        return self.notation.call(expression.func.__name__, arguments, exponent)
+        name = expression.func.__name__
+        if name == "exp" and not exponent:
+            name = self.exponential
+        return self.notation.call(name, arguments, exponent)
 
 
 def negated(expression: sympy.Expr) -> sympy.Expr:
@@ -297,19 +316,3 @@ def negated(expression: sympy.Expr) -> sympy.Expr:
     if rest.is_Add and coefficient != -1:
         return sympy.Mul(-coefficient, rest, evaluate=False)
     return -coefficient * rest
-
-
-def reads_as_fraction(value: Fraction, decimals: bool) -> bool:
-    """Whether to write a fraction (1/2, 3/4, 1/3, 1/5), as textbooks do, rather than a decimal number (9.81,
-    0.3), which is used only beside other ``decimals``."""
-    if not decimals and max(value.numerator, value.denominator) < 1000:
-        return True
-    rest = value.denominator
-    for prime in (2, 5):
-        while rest % prime == 0:
-            rest //= prime
-    if rest != 1:  # no decimal number equals it: a fraction, unless it is very long
-        return max(value.numerator, value.denominator) < 10**15
-    if value.denominator & (value.denominator - 1) == 0:
-        return value.numerator < 10 and value.denominator <= 1024
-    return value.numerator < 10 and value.denominator == 5

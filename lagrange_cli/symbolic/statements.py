@@ -9,7 +9,7 @@ import sympy
 
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Equation, Equations
-from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import Level, Notation, Renderer
 
 KINDS = {True: "", False: ", nonholonomic"}
@@ -44,11 +44,29 @@ class Section:
     verbal: bool = False
 
 
+def alike(notation: Notation, order: Order) -> frozenset[str]:
+    """The names that would look like another one in a notation, such as x_1 beside x1, or like the number pi.
+
+    Of names that look the same one is not among them: one that cannot look otherwise, or a coordinate.
+    """
+    moving = {symbol.name for symbol, (role, _) in order.ranks.items() if role >= Role.COORDINATE}
+    shown: dict[str, list[str]] = {}
+    for symbol in order.ranks:
+        shown.setdefault(notation.symbol(symbol.name), []).append(symbol.name)
+
+    def first(name: str) -> tuple[bool, bool, bool]:
+        return notation.verbatim(name) != notation.symbol(name), name not in moving, "_" in name
+
+    others = [sorted(names, key=first)[text != notation.pi :] for text, names in shown.items()]
+    return frozenset(name for names in others for name in names)
+
+
 class Writer:
     """Expressions, symbols and derivatives in one notation."""
 
     def __init__(self, notation: Notation, order: Order) -> None:
         self.notation, self.order = notation, order
+        notation.literal |= alike(notation, order)
         self.renderer = Renderer(notation, order)
 
     def text(self, expression: sympy.Expr) -> str:
@@ -57,7 +75,7 @@ class Writer:
 
     def names(self, quantity: str) -> str:
         """``p_theta`` or ``T + U``: names with plus signs between them."""
-        return self.notation.plus.join(self.notation.symbol(name) for name in quantity.split(" + "))
+        return self.notation.plus.join(self.notation.name(name) for name in quantity.split(" + "))
 
     def rate(self, quantity: str) -> str:
         """The time derivative of a quantity."""
@@ -67,7 +85,7 @@ class Writer:
     def prose(self, sentence: str) -> str:
         """A sentence with formulas between backticks, such as `h = T + U`: names joined by signs."""
 
-        symbol, inline, words = self.notation.symbol, self.notation.inline, self.notation.words
+        symbol, inline, words = self.notation.name, self.notation.inline, self.notation.words
         parts = sentence.split("`")
         parts[::2] = [words(part) for part in parts[::2]]
         parts[1::2] = [inline(_NAME.sub(lambda name: symbol(name[0]), part)) for part in parts[1::2]]

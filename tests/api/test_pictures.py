@@ -84,6 +84,14 @@ def test_a_motion_is_a_film(tmp_path):
     film = lagrange.animate(tmp_path / "a.h5", fps=5, size=(64, 48))
     film.save(tmp_path / "b.mp4")
     assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
-    for wrong in ({"fps": 0}, {"speed": -1}, {"fps": "few"}, {"panels": ["fase"]}, {"begin": 3}):
+    nan, infinite = float("nan"), float("inf")
+    for wrong in (
+        *({"fps": fps} for fps in (0, nan, 1e-3, 1000, "few")),
+        *({"speed": speed} for speed in (-1, nan, infinite)),
+        *({"trail": trail} for trail in (-1, nan, infinite)),
+        *({"size": size} for size in (3, (64, 0), (64.5, 48), ("a", 2))),
+        *({"panels": panels} for panels in (["fase"], 3)),
+        *({"begin": begin} for begin in (3, nan, "x")),
+    ):
         with pytest.raises(lagrange.UsageError):
             motion.animate(**wrong)

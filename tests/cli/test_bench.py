@@ -137,7 +137,7 @@ def test_the_picture_is_drawn_with_every_method(capsys, folder):
         (["--methods", "taylor,dop"], "unknown method 'dop'; known: taylor, ias15, DOP853"),
         (["--tolerances", "1e-3,x"], "'1e-3,x' is not a comma-separated list of numbers"),
         (["--error", "1e-16"], "--error must be from 1e-12 to 0.1, not 1e-16"),
-        (["--error", "nan"], "--error must be from 1e-12 to 0.1, not nan"),
+        (["--error", "nan"], "'nan' is not a finite number"),
         (["--runs", "0"], "'--runs'"),
         (["--budget", "0"], "'--budget'"),
         (["--plot", "hoop.txt"], "must end in .svg, .pdf or .png"),

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
 
@@ -283,3 +284,26 @@ def test_systems_suggests_what_was_meant(tmp_path):
     run = lagrange("systems", "pendlum", cwd=tmp_path)
     assert (run.returncode, run.stdout) == (2, "")
     assert "did you mean 'pendulum'" in run.stderr
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    "arguments",
+    [["schema"], ["solve", SYSTEMS / "pendulum.yaml", "-o", "-", "--format", "csv", "--quiet"]],
+    ids=lambda listed: listed[0],
+)
+def test_a_disk_that_fills_in_the_middle_of_the_output_is_an_error(tmp_path, arguments, unbuffered):
+    limit = 20480
+    with open(tmp_path / "out", "wb") as out:
+        run = subprocess.run(
+            [sys.executable, "-m", "lagrange_cli", *map(str, arguments)],
+            cwd=tmp_path,
+            env=environment() | {"PYTHONUNBUFFERED": unbuffered},
+            stdout=out,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+        )
+    assert (tmp_path / "out").stat().st_size == limit
+    assert run.returncode == 5
+    assert "standard output could not be written" in run.stderr

@@ -311,6 +311,7 @@ BAD = {
     "no such member": ([SYSTEMS / "n_pendulum.yaml", "--set", "theta[5]=1"], 2, "theta[0] to theta[4]"),
     "samples": ([PENDULUM, "--samples", "1.5"], 2, "'1.5' is not a whole number"),
     "digits": ([PENDULUM, "--digits", "30"], 2, "'30' is not a number from 1 to 15"),
+    "no number of digits": ([PENDULUM, "--digits", "nan"], 2, "'nan' is not a finite number"),
     "jobs": ([PENDULUM, "--jobs", "0"], 2, "'0' is not a whole number of at least 1"),
     "no systems": ([], 2, "SYSTEM.yaml"),
 }

@@ -8,6 +8,7 @@ import sympy
 from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.symbolic.latex import Latex
+from lagrange_cli.symbolic.mathml import MathML
 from lagrange_cli.symbolic.notations import Identifiers, Notation, Text, Unicode, identifiers
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import render
@@ -21,6 +22,8 @@ ROLES = {
     Role.ACCELERATION: ("theta_ddot", "theta1_ddot", "x_ddot"),
 }
 ORDER = Order({sympy.Symbol(n): (role, i) for role, names in ROLES.items() for i, n in enumerate(names)})
+
+LARGE = sympy.Integer(1_200_000_000_000_000_001) ** sympy.Rational(7, 10)
 
 
 def shown(value: sympy.Expr | str, notation: Notation) -> str:
@@ -116,10 +119,31 @@ def test_unicode(value, text):
         (sympy.Rational("6.674e-11"), r"6.674 \cdot 10^{-11}"),
         ("pi*x", r"\pi x"),
         ("x**(5/2)", r"x^{\frac{5}{2}}"),
+        (LARGE, r"(1.2 \cdot 10^{18})^{0.7}"),
     ],
 )
 def test_latex(value, text):
     assert shown(value, Latex()) == text
+
+
+@pytest.mark.parametrize(
+    ("notation", "text"),
+    [
+        (Text(), "1.2e+18**0.7*x"),
+        (Unicode(), "(1.2·10¹⁸)^0.7 x"),
+        (MathML(), "<mo>(</mo><mrow><mrow><mn>1.2</mn>"),
+    ],
+)
+def test_a_power_of_ten_in_a_power_is_in_parentheses(notation, text):
+    assert text in shown(LARGE * sympy.Symbol("x"), notation)
+
+
+@pytest.mark.parametrize(("notation", "power"), [(Latex(), "e^{-x}"), (MathML(), "<msup><mi>e</mi>")])
+def test_exp_is_no_power_of_what_a_file_calls_e(notation, power):
+    value = expression("exp(-x)")
+    assert power in render(value, notation, ORDER)
+    named = Order(ORDER.ranks | {sympy.Symbol("e"): (Role.PARAMETER, 20)})
+    assert power not in render(value, notation, named) and "exp" in render(value, notation, named)
 
 
 def test_python_avoids_its_own_words():

@@ -15,6 +15,7 @@ from lagrange_cli.cli.options.completion import comma_list, files, names
 from lagrange_cli.cli.options.run import OPTIONS
 from lagrange_cli.cli.options.shared import Given, Number, given_with, parse_overrides
 from lagrange_cli.cli.progress import Counter, Waiting
+from lagrange_cli.run.film_bounds import FASTEST, LEAST, MOST, SLOWEST
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.commands.plot import ReadMotion, Shown
@@ -26,8 +27,6 @@ PANELS = (
     "conserved",
 )  # fmt: skip
 PIXELS = re.compile(r"(\d+)\s*[xX]\s*(\d+)")
-LEAST, MOST = 16, 7680
-"""Pixels of a picture's edge."""
 
 
 def parse_size(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict[str, str]:
@@ -61,7 +60,7 @@ def parse_size(context: click.Context, parameter: click.Parameter, values: tuple
     help="The time t that passes in a second of the film [1; if the film would be shorter than 0.2 s or "
     "longer than 60 s, a speed at which it lasts about 20 s].",
 )  # fmt: skip
-@click.option("--fps", type=Number(min=0, min_open=True, max=240), help="Frames per second [30; .gif: 25].")
+@click.option("--fps", type=Number(min=SLOWEST, max=FASTEST), help="Frames per second [30; .gif: 25].")
 @click.option("--from", "begin", type=Number(), metavar="TIME", help="The time at which the film begins.")
 @click.option("--to", "end", type=Number(), metavar="TIME", help="The time at which it ends.")
 @click.option(

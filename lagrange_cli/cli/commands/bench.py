@@ -73,7 +73,7 @@ def parse_tolerances(
 )
 @click.option(
     "--budget",
-    type=Number(min=0, min_open=True),
+    type=Number(min=0, min_open=True, infinite=True),
     default=2.0,
     show_default=True,
     help="The time limit in seconds for all runs of one method at one tolerance, compilation excluded.",

@@ -78,7 +78,7 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     ),
     "checkpoint": click.option(
         "--checkpoint",
-        type=Number(min=0),
+        type=Number(min=0, infinite=True),
         default=SECONDS,
         help=f"The time in seconds between the checkpoints from which --resume continues [{SECONDS:g}].",
     ),

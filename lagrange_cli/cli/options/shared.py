@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from collections.abc import Callable
@@ -20,18 +21,25 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Number(click.FloatRange):
-    """A number between ``min`` and ``max``, as far as they are given."""
+    """A number between ``min`` and ``max``, as far as they are given; finite unless ``infinite``."""
 
     name = "number"
+
+    def __init__(self, *, infinite: bool = False, **bounds: Any) -> None:
+        super().__init__(**bounds)
+        self.infinite = infinite
 
     def _describe_range(self) -> str:
         return between(self).removeprefix(" of").strip()
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         try:
-            return super().convert(value, param, ctx)
+            found = float(super().convert(value, param, ctx))
         except click.BadParameter:
             self.fail(f"{str(value)!r} is not a number{between(self)}", param, ctx)
+        if math.isnan(found) or (math.isinf(found) and not self.infinite):
+            self.fail(f"{str(value)!r} is not a finite number", param, ctx)
+        return found
 
 
 class Integer(click.IntRange):

@@ -60,7 +60,11 @@ class Engine {
     this.put(parameters);
     this.call.prepare?.(this.given, this.places.observing);
     this.call.prepare_place?.(this.given, this.places.placing);
+    this.prepared = parameters;
   }
+
+  // The same, unless they are there.
+  ready(parameters) { if (this.prepared !== parameters) this.prepare(parameters); }
 
   // What expressions in parameters say: of the parameters themselves, of q and of v.
   derive(parameters) {

@@ -63,6 +63,7 @@ class Hand {
   // Let the motion begin where the point is on the paper.
   pull(place) {
     const { app, scene } = this, { start } = app;
+    app.engine.ready(start.parameters);
     this.from = reaching(scene, app.engine, this.held, place, app.data.time.start, this.from);
     app.data.coordinates.forEach((one, k) => start.changed.set(one.name, this.from[k]));
     start.settle(true);

@@ -96,8 +96,10 @@ class Happenings {
 
   // An action may have changed parameters before the sample of that number.
   changed(sample, memory) {
+    if (!this.rows.setsParameters) return;
     const parameters = memory.slice(this.rows.settings, this.rows.settings + this.rows.parameters);
-    if (this.rows.setsParameters) this.motion.changes.push({ sample, parameters });
+    this.motion.changes.push({ sample, parameters });
+    this.motion.settings.push({ t: memory[this.layout.clock + Clock.TIME], parameters });
   }
 
   // Do what is to be done at the guard that is due, before the sample of that number; why the motion ends, if so.

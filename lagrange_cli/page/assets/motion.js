@@ -18,7 +18,8 @@ class Motion {
     this.ended = false;    // whether all is computed
     this.reason = "";      // why it could not go on, or which event has stopped it
     this.events = [];      // what happened: {t, event}
-    this.changes = [];     // parameters that actions have changed: {sample, parameters}
+    this.changes = [];     // parameters that actions have changed, still to be observed: {sample, parameters}
+    this.settings = [{ t: -Infinity, parameters: begin.parameters }]; // all parameters, from when on
     engine.reserve(count);
     const { layout, outer, degrees } = engine.data;
     const times = engine.at(engine.times, engine.stride);
@@ -103,6 +104,7 @@ class Motion {
     if (done === first) return;
     const { degrees, outer } = engine.data;
     const { stride } = engine;
+    engine.ready(this.parameters);
     for (let k = 0; k < 2 * degrees; k++) {
       const row = engine.at(engine.out + 8 * (outer[k] * stride + first), done - first);
       engine.at(engine.states + 8 * (k * stride + first), done - first).set(row);
@@ -112,7 +114,7 @@ class Motion {
       const to = Math.max(from, change.sample);
       this.observePart(from, to);
       from = to;
-      if (change.parameters) engine.prepare(this.parameters = change.parameters);
+      if (change.parameters) engine.ready(this.parameters = change.parameters);
     }
     this.changes = this.changes.filter((one) => one.sample >= done);
     this.observed = done;
@@ -138,7 +140,18 @@ class Motion {
 
   // q and v at a time, by Hermite's interpolation between samples.
   stateAt(t) { return interpolated(this, t, this.engine.data.degrees); }
-  points(t) { return this.engine.place(t, this.stateAt(t).q); }
+  ready(t) { this.engine.ready(parametersAt(this.settings, t)); }
+  points(t) { this.ready(t); return this.engine.place(t, this.stateAt(t).q); }
+}
+
+// The parameters at a time: of several changes at once the last one holds.
+function parametersAt(settings, t) {
+  let [low, high] = [0, settings.length];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (settings[middle].t <= t) low = middle; else high = middle;
+  }
+  return settings[low].parameters;
 }
 
 // The number of the last sample that is not after t.

@@ -143,6 +143,8 @@ class Scene {
     this.resize();
     if (!this.drawing || !motion.observed) { this.clear(); return; }
     const state = motion.stateAt(t);
+    motion.ready(t);
+    if (this.standing !== this.engine.prepared) [this.standing, this.still] = [this.engine.prepared, new Map()];
     this.points = Float64Array.from(this.engine.place(t, state.q));
     this.aim(this.points);
     this.show(motion, t, state.q);

@@ -46,7 +46,8 @@ def drawn(motion: Motion, followed: ViewedMotion) -> Drawing | None:
     from lagrange_cli.drawing.evaluate import extent, fitted
     from lagrange_cli.expression.node import reachable
 
-    parameters, given = motion.values.parameters, (motion.spec, motion.values, motion.settings.start)
+    parameters = followed.along or motion.values.parameters
+    given = motion.spec, motion.values, motion.settings.start
     count = 0 if motion.spec.draw is not None else len(motion.spec.coordinates)
     if count > MANY_DRAWN:
         return None
@@ -161,7 +162,26 @@ def recorded(followed: ViewedMotion) -> dict[str, Any]:
     each = max(1, math.ceil(len(followed.t) * len(rows) / RECORDED))
     places = np.unique(np.r_[0 : len(followed.t) : each, max(0, len(followed.t) - 1)])
     table = np.array([row[places] for row in rows], dtype="<f8")
-    return {"label": "", "count": table.shape[1], "observed": list(observed), "rows": packed(table.tobytes())}
+    return {
+        "label": "", "count": table.shape[1], "observed": list(observed), "rows": packed(table.tobytes()),
+        "settings": settings_of(followed, table[0]),
+    }  # fmt: skip
+
+
+def settings_of(followed: ViewedMotion, t: Array) -> dict[str, Any]:
+    """The parameters that actions have set, and from when on: at most one change from each of the times ``t``
+    to the next, the last one."""
+    import numpy as np
+
+    along = followed.along
+    if along is None or not len(along.times):
+        return {"times": [], "changed": {}}
+    kept = np.arange(len(along.times))
+    if len(kept) > len(t):
+        kept = np.unique(along.places(t)) - 1
+        kept = kept[kept >= 0]
+    changed = {name: values[kept].tolist() for name, values in along.changed.items()}
+    return {"times": along.times[kept].tolist(), "changed": changed}
 
 
 def written(spec: Spec) -> str:

@@ -14,6 +14,7 @@ from lagrange_cli.run.request import Request
 if TYPE_CHECKING:
     import numpy as np
 
+    from lagrange_cli.drawing.along import Along
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.run.settings.settings import Settings
 
@@ -26,7 +27,8 @@ PATIENCE = 5.0
 
 @dataclass(frozen=True)
 class ViewedMotion:
-    """A motion as it is computed here: times (n,), q and v (n, degrees), and how it ended."""
+    """A motion as it is computed here: times (n,), q and v (n, degrees), and how it ended; ``along`` are its
+    parameters where actions have set some."""
 
     t: Array
     q: Array
@@ -34,6 +36,7 @@ class ViewedMotion:
     observed: Mapping[str, Array]
     message: str
     steps: int
+    along: Along | None = None
 
 
 def read_shown(content: bytes, filename: str, request: Request, stage: Stage = untimed) -> Motion:
@@ -79,6 +82,7 @@ def follow(motion: Motion, stage: Stage = untimed) -> ViewedMotion:
     paths = {kind: [one.path for one in prepared.recording.states if one.path[0] == kind] for kind in "qv"}
     found: dict[str, list[Array]] = {"t": [], "q": [], "v": []}
     observed: dict[str, list[Array]] = {}
+    crossed: dict[str, list[Array]] = {}
 
     def emit(chunk: dict[str, np.ndarray]) -> None:
         count = len(chunk["t"])
@@ -90,12 +94,17 @@ def follow(motion: Motion, stage: Stage = untimed) -> ViewedMotion:
             for name, column in zip(dataset.sources, columns):
                 observed.setdefault(name, []).append(column.copy())
 
+    def emit_events(chunk: dict[str, np.ndarray]) -> None:
+        for path, rows in chunk.items():
+            crossed.setdefault(path, []).append(rows.copy())
+
     until = time.monotonic() + PATIENCE
     times = Times(settings.start, settings.stop, settings.count, settings.step)
     with stage("integrate"):
         outcome = integrate(
-            prepared, motion.values, times, emit, lambda: time.monotonic() > until, explain=motion.cause
-        )
+            prepared, motion.values, times, emit, lambda: time.monotonic() > until, explain=motion.cause,
+            emit_events=emit_events,
+        )  # fmt: skip
     n = len(motion.spec.coordinates)
 
     def joined(kind: str) -> Array:
@@ -109,4 +118,16 @@ def follow(motion: Motion, stage: Stage = untimed) -> ViewedMotion:
         {name: np.concatenate(parts) for name, parts in observed.items()},
         "" if status in ("complete", "interrupted") else outcome.message,
         outcome.steps,
+        along_of(motion, {path: np.concatenate(parts) for path, parts in crossed.items()}),
     )
+
+
+def along_of(motion: Motion, crossed: Mapping[str, Array]) -> Along | None:
+    """The parameters along a motion with these crossings; None where no action sets any."""
+    from lagrange_cli.run.jumps import parameters_set
+
+    if not parameters_set(motion.spec):
+        return None
+    from lagrange_cli.run.set_parameters import parameters_along
+
+    return parameters_along(crossed.get, motion.spec, motion.values.parameters)
