@@ -17,7 +17,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
-from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.bonds import Bonds, Bound, responses_of
 from lagrange_cli.families.friction import Decision, Friction, Held, gate, linear_in
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.switching.switches import switches
@@ -64,8 +64,10 @@ def held(contacts: Contacts, rubbing: Sequence[Friction], whole: tuple[Total, To
     order[modes] = np.arange(len(modes))
     bounds = [*bounds_of(contacts, order)]
     multipliers = Total(Source.TOTAL, len(modes))
-    sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, holonomic=0)
-    refuse_circles(contacts.system, sticking)
+    system, count = contacts.system, len(modes)
+    felt = None if system.joints is None else responses_of(bounds, count, system.q.count, system.joints)
+    sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, 0, felt)
+    refuse_circles(system, sticking)
     sticking.elimination  # noqa: B018 - refuses what is coupled to too much
     limit = limits_of(contacts, rubbing, sticking, order, moving)
     slots, domain = contacts.system.slots, Domain(len(modes))
