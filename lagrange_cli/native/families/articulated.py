@@ -52,7 +52,7 @@ class ArticulatedJet(CorrectedJet):
         held = self.held if self.touch is None else self.held | self.touch.reaching.components
         self.followed = [
             (c, nodes[c], rates[c])
-            for c in balance.axes
+            for c in balance.places
             if {nodes[c], rates[c]} & (inside - {None}) or c in held
         ]
         """Nodes whose places or velocities forces depend on, or constraints."""
