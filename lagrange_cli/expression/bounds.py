@@ -72,7 +72,7 @@ class Bounds:
         return _combined("product", operator.truediv, self, other)
 
     def __pow__(self, other: Bounds) -> Bounds:
-        if other.value is None:
+        if other.value is None or self.value is not None:  # nothing, or a number, to be written out
             return _combined("power", pow, self, other)
         check_exponent(other.value)
         power = _combined("power", pow, self, other)

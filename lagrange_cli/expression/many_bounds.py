@@ -100,10 +100,12 @@ class Many(Bounds):
 
     def __rpow__(self, other: Bounds) -> Bounds:
         largest = float(np.max(np.abs(self.numbers)))
-        if largest > MAX_EXPONENT:
+        if largest > MAX_EXPONENT and numbers_of(other) is None:
             raise Unsuited
         made = self._with("pow", other, self)
         if isinstance(made, Many):
+            if not np.all(np.isfinite(made.numbers)):
+                raise Unsuited
             return made
         return Bounds(None, made.size * max(1, math.ceil(largest)), made.depth, made.kind)
 

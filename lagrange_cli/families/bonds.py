@@ -222,18 +222,16 @@ def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None
     if len(np.unique(np.concatenate(bound))) < len(names):
         raise Unsuited  # no coordinate is in one of them
     multipliers = Total(Source.TOTAL, len(names))
-    felt = responses_of(found, len(names), builder, joints) if names and joints is not None else None
+    felt = responses_of(found, len(names), builder.q.count, joints) if names and joints is not None else None
     return Bonds(tuple(found), names, multipliers, count, felt) if names else None
 
 
-def responses_of(
-    found: Sequence[Bound], count: int, builder: FamilyBuilder, joints: Articulation
-) -> Responses:
-    """Which of so many constraints are coupled on chains and trees."""
-    nodes, coordinates = trees_of(joints, builder.q.count)
-    touched = [(one.numbers, coordinates[rows]) for one in found for rows in one.rows]
+def responses_of(found: Sequence[Bound], count: int, coordinates: int, joints: Articulation) -> Responses:
+    """Which of so many constraints on ``coordinates`` are coupled on chains and trees."""
+    nodes, moved = trees_of(joints, coordinates)
+    touched = [(one.numbers, moved[rows]) for one in found for rows in one.rows]
     touched += [(one.numbers, nodes[hold.places]) for one in found for hold in one.holds]
-    forest = 1 + max(int(one.max(initial=NONE)) for one in (nodes, coordinates))
+    forest = 1 + max(int(one.max(initial=NONE)) for one in (nodes, moved))
     return responses(touched, count, forest, DENSE)
 
 

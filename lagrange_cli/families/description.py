@@ -42,11 +42,13 @@ class Component:
 class Locks:
     """Coordinates of joints that friction holds: ``gates`` are 0 of those, and 1 of all others. What would
     move them, ``left``, follows from the ``other`` forces on them and what they carry, and has no terms (see
-    ``families.locked``)."""
+    ``families.locked``). Those that stick to coordinates of the joint before have the accelerations of these
+    times ``carries``, one for each of its coordinates."""
 
     gates: Total
     other: Total
     left: Total
+    carries: Sequence[Total] = ()
 
 
 @dataclass(frozen=True, eq=False)

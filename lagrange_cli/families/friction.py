@@ -111,8 +111,6 @@ def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
     if system.bonds is not None:
         return False
     inside, targets = linear_in(system, one.argument, moving), one.term.targets
-    if system.joints is not None and len(inside) > 1:
-        return False
     return any(np.array_equal(slot.table, targets) for _, slot in inside)
 
 

@@ -17,11 +17,12 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
-from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.bonds import Bonds, Bound, responses_of
 from lagrange_cli.families.friction import Decision, Friction, Held, gate, linear_in
+from lagrange_cli.families.stuck_joints import sticking_joints
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.families.description import FamilySystem
@@ -64,26 +65,32 @@ def held(contacts: Contacts, rubbing: Sequence[Friction], whole: tuple[Total, To
     order[modes] = np.arange(len(modes))
     bounds = [*bounds_of(contacts, order)]
     multipliers = Total(Source.TOTAL, len(modes))
-    sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, holonomic=0)
-    refuse_circles(contacts.system, sticking)
+    system, count = contacts.system, len(modes)
+    felt = None if system.joints is None else responses_of(bounds, count, system.q.count, system.joints)
+    sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, 0, felt)
+    refuse_circles(system, sticking)
     sticking.elimination  # noqa: B018 - refuses what is coupled to too much
     limit = limits_of(contacts, rubbing, sticking, order, moving)
-    slots, domain = contacts.system.slots, Domain(len(modes))
-    numbers = np.arange(len(modes))
-    most, force = (slots.symbol(domain, one, numbers) for one in (limit, multipliers))
-    limits = [Term(domain, most - force, 2 * numbers), Term(domain, most + force, 2 * numbers + 1)]
     loose, applied = (with_means(contacts, one, rubbing) for one in whole)
+    locks, holding, slots = None, multipliers, system.slots
+    if system.joints is not None:
+        found = sticking_joints(system, bounds, (contacts.modes, modes), loose)
+        locks, holding = found or (None, multipliers)
+    domain, numbers = Domain(len(modes)), np.arange(len(modes))
+    most, force = (slots.symbol(domain, one, numbers) for one in (limit, holding))
+    limits = [Term(domain, most - force, 2 * numbers), Term(domain, most + force, 2 * numbers + 1)]
     pulls = [
-        Term(one.domain, slope * slots.symbol(one.domain, multipliers, one.numbers), rows)
+        Term(one.domain, slope * slots.symbol(one.domain, holding, one.numbers), rows)
         for one in bounds
         for slope, rows in zip(one.slopes, one.rows)
     ]
-    return Held(
+    made = Held(
         modes=modes, limits=total_of(2 * len(modes), limits, slots.graph), other=limit,
         forces=total_of(loose.count, [*loose.terms, *pulls], slots.graph),
         applied=total_of(applied.count, [*applied.terms, *pulls], slots.graph),
         sticking=sticking, loose=loose,
     )  # fmt: skip
+    return made if locks is None else replace(made, forces=loose, sticking=None, loose=None, locks=locks)
 
 
 def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:

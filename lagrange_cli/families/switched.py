@@ -22,8 +22,8 @@ JUMPS = (
 )
 """What members are written out for, and how to do without."""
 ON_JOINTS = (
-    "forces that jump on chains and trees, other than with one coordinate or its velocity",
-    "write friction as -F*sign(a_dot[i]) on a[i], or a steep function that does not jump, such as tanh(9*u)",
+    "forces that jump on chains and trees, other than with a coordinate, a velocity or a difference of these",
+    "write friction as dissipation: F*abs(a_dot[i] - a_dot[j]), or a steep function such as tanh(9*u)",
 )
 SMOOTH = "write a steep function that does not jump, such as tanh(100*u) for sign(u)"
 

@@ -84,7 +84,7 @@ def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra
 def dragged(spec: Spec) -> FamilySystem | None:
     """The system as one of families, if it has drag along a vector of velocities, which may be 0."""
     system = family_system(spec)
-    if system is None or system.impacts is not None:
+    if system is None:
         return None
     smooth = system.smooth or system
     totals = needed([smooth.forces, *smooth.loads], smooth.slots)
@@ -148,8 +148,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut(TO_BE_PROVEN, way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
-    if system.impacts is not None and needs is not Needs.SERIES:
-        return WrittenOut(f"--method {method} where impacts reduce the speed", "use --method taylor")
     worked = system.contacts is not None or (system.bonds is not None and system.smooth is not None)
     if "multipliers" in compilation.outputs and system.contacts is not None and system.bonds is not None:
         return without_outputs(["multipliers"])

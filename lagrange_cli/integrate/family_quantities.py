@@ -155,7 +155,7 @@ class Quantities:
     def _applied(self) -> Sequence[Term]:
         """What is applied, as it is while friction holds joints."""
         system, smooth = self.system, self.system.smooth
-        if smooth is None or smooth.modes is None or smooth.modes.locks is None:
+        if smooth is None or smooth.modes is None or smooth.modes.limits is None:
             return system.applied.terms
         places = np.arange(system.q.count)
         return [Term(system.everyone, system.slots.symbol(system.everyone, system.applied, places), places)]

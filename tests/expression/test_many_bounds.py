@@ -27,6 +27,7 @@ WRONG = {
     "u[i]*k[i - 1]": "no member",
     "u[i]**(i - 100)": "exponent -100 is out of bounds",
     "sqrt(2 - i)*u[i]": "not a real number",
+    "u[i]*(1e150*1e150)**(i - 47)": "number too large",
     "d[2*i]": "no member",
     "log(i)*u[i]": "log",
     "sum(u[j]/(j - 2) for j in range(i))": "division by zero",
@@ -49,7 +50,16 @@ def test_what_is_wrong_with_a_term_is_said_of_a_long_sum_as_of_a_short_one(term:
 
 
 @pytest.mark.parametrize(
-    "term", ["u[i]*k[N - 1 - i]", "u[i]*sin(pi*i/N)", "d[(3*i) % N]", "u[i]**(2 + i % 3)"]
+    "term",
+    [
+        "u[i]*k[N - 1 - i]",
+        "u[i]*sin(pi*i/N)",
+        "d[(3*i) % N]",
+        "u[i]**(2 + i % 3)",
+        "u[i]*(-1)**i",
+        "u[i]*0.9**(-i)",
+        "u[i]*(1 + i/N)**i",
+    ],
 )
 def test_right_ones_pass(term: str) -> None:
     _, problems = examine(FILE.format(count=250, term=term), "system.yaml")

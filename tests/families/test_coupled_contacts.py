@@ -14,7 +14,7 @@ from lagrange_cli.integrate.families import family_run
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_actions import BOBS
 from tests.families.test_events import keep_families
-from tests.families.test_switches import OUTPUTS, followed, ready
+from tests.families.test_switches import METHODS, OUTPUTS, followed, ready
 
 FLOOR = """
 events:
@@ -65,15 +65,14 @@ SAMPLES = 2.0**-27
 
 
 def motion(
-    text: str, stop: float, *, whole: bool, patch: pytest.MonkeyPatch
+    text: str, stop: float, *, whole: bool, patch: pytest.MonkeyPatch, method: str = "taylor"
 ) -> Mapping[str, NDArray[np.float64]]:
     """A motion, as one of families or written out."""
     keep_families(patch, whole=whole)
     if whole:
-        assert (
-            family_run(read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, OUTPUTS)) is not None
-        )
-    return followed(ready(text), text, stop).data
+        asked = Compilation(method, METHODS[method], OUTPUTS)
+        assert family_run(read_spec(text, "system.yaml"), asked) is not None
+    return followed(ready(text, method=method), text, stop).data
 
 
 @pytest.mark.exhaustive(keep=0.35)

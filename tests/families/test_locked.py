@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import keep_families
 from tests.families.test_switches import BY_RATES, LEDGERS, compare, followed, ready
 
@@ -176,11 +175,3 @@ def test_the_code_does_not_grow_with_the_joints(monkeypatch: pytest.MonkeyPatch)
     keep_families(monkeypatch, whole=True)
     counts = [len(ready(written("a chain", n)).machine.program.text.splitlines()) for n in (72, 200)]
     assert counts[0] == counts[1]
-
-
-def test_relative_angles_of_a_chain_that_rub_are_written_out() -> None:
-    text = written("a chain by its dissipation", 12)
-    text = text.replace("abs(a_dot[i])", "abs(a_dot[i] - a_dot[(i + 1) % N])")
-    spec = read_spec(text, "system.yaml")
-    assert systems.any_family_system(spec) is None
-    assert "on chains and trees" in systems.reason(spec)[0]

@@ -15,10 +15,15 @@ if TYPE_CHECKING:
 
 FEW = 8
 """So many guards are looked at one by one."""
+LET_GO = 2.0**-26
+"""What is let go at its limit begins with an acceleration of 0, up to this part of what the force changes."""
 
 
 class Leading(AtZero):
     """Multipliers, and the derivatives of arguments."""
+
+    _let_go: int | None = None
+    """The guard that is let go, as its multiplier has reached its bound."""
 
     def _multiplier(self, j: int) -> float:
         return float(self._multipliers([j])[0])
@@ -61,7 +66,10 @@ class Leading(AtZero):
             usual = self.scale()
             for j, other in zip(some, others):
                 u = self._coefficients(self._rows.first + j)
-                scale = ROUNDING * np.fmax(usual[: len(u)], np.abs(u - other))
+                change = np.abs(u - other)
+                scale = ROUNDING * np.fmax(usual[: len(u)], change)
+                if j == self._let_go and not self._rows.guards[j].placed:
+                    scale[1] = max(scale[1], LET_GO * change[1])
                 clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
                 leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
                 if not leads:

@@ -138,7 +138,10 @@ class Settling(Sliding):
             leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
             self.left = self.memory.copy(), due
-            return self._choose([due, *marked], {due: side}, held=False)
+            self._let_go = due if self._rows.guards[due].limited else None
+            found = self._choose([due, *marked], {due: side}, held=False)
+            self._let_go = None
+            return found
         return self._choose([due, *marked], {due: -before})
 
     def rest(self) -> bool:

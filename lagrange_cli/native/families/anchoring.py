@@ -9,13 +9,16 @@ nothing. So the forces that hold members are not in the equations of their motio
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.node import Node
 from lagrange_cli.families.anchors import anchors_of
-from lagrange_cli.families.arrays import Domain, Source, Term, Total
-from lagrange_cli.native.families.restraint import Restraint
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
+from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.vector import Pointer
@@ -24,11 +27,30 @@ PAIR = 2
 """The coordinates that most forces hold together."""
 
 
+class Sticking(Protocol):
+    """What Anchoring needs to know of the forces that hold."""
+
+    bonds: Bonds
+    bounds: tuple[Bound, ...]
+    size: int
+    slots: Slots
+    lasting: Lasting
+
+    @property
+    def slopes(self) -> Sequence[Sequence[Array]]:
+        """A, of each bound a column for each of its coordinates."""
+        ...
+
+    def hold(self, domain: Domain, first: Places, second: Places) -> Node:
+        """1 where two forces hold."""
+        ...
+
+
 class Anchoring:
     """Totals in the order of ``families.anchors``: whether a force holds (``sticks``), the ``ratios`` of
     velocities to those of the anchors, and the ``shares`` that anchors have of forces."""
 
-    def __init__(self, restraint: Restraint) -> None:
+    def __init__(self, restraint: Sticking) -> None:
         self.restraint, self.anchors = restraint, anchors_of(restraint.bonds, restraint.size)
         self.count, self.width = self.anchors.others.shape
         sticks, shares, others = list[Term](), list[Term](), list[Term]()

@@ -27,6 +27,7 @@ from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.sticking import Sticking
+from lagrange_cli.native.families.sticking_joints import StickingClosure
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import DoubleVectors, Numbers, Vectors
 from lagrange_cli.native.interface import LANES
@@ -110,9 +111,15 @@ class Arrangement:
         if isinstance(self.contact, Coupled):
             self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
         self.motion: AlongMotion | None = None
-        self.closure = self.balance = self.sticking = self.touch = None
+        self.closure: Closure | None = None
+        self.balance = self.sticking = self.touch = None
+        if self.modes is not None and self.modes.sticking is not None:
+            self.lasting.changed[self.modes.sticking.multipliers] = self.modes.sticking.multipliers
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)
+            self.balance = self.closure.balance
+        elif system.joints is not None and self.modes is not None and self.modes.sticking is not None:
+            self.closure = StickingClosure(system, self.lasting)
             self.balance = self.closure.balance
         elif system.joints is not None:
             if self.modes is not None and self.modes.locks is not None:
@@ -123,14 +130,12 @@ class Arrangement:
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
         elif self.modes is not None and self.modes.sticking is not None:
-            multipliers = self.modes.sticking.multipliers
-            self.lasting.changed[multipliers] = multipliers
             self.sticking = Sticking(system, self.lasting)
         if self.balance is not None and isinstance(self.contact, Coupled):
             self.touch = JointContacts(system, self.lasting, self.balance)
             self.balance.add_pushes(self.touch.added)
         self.residuals = None
-        if self.closure is not None and stepping:
+        if self.closure is not None and system.bonds is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         bound = self.motion is not None and system.bonds is not None
         self.moves = Moves(system, self.lasting) if bound and stepping else None
@@ -160,13 +165,14 @@ class Arrangement:
             arranged = map(self.lasting.arranged, (matrix.values, matrix.speeds, matrix.entries))
             self.closing = [(one, i) for one in arranged for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
-        self.pulled, self.resting = None, self.closure or self.balance
+        closed = None if system.bonds is None else self.closure
+        self.pulled, self.resting = None, closed or self.balance
         """How multipliers, and on chains and trees accelerations, are found at a sample."""
         solved = {system.accelerations, system.bonds.multipliers if system.bonds else None}
         if not solved.isdisjoint(needed(self.roots, self.slots)):
             if self.motion is not None and system.bonds is not None:
                 self.pulled = AtAState(sampled, self.lasting)
-            elif self.closure is not None and sampled is not system:
+            elif closed is not None and sampled is not system:
                 self.resting = Closure(sampled, self.lasting)
             elif self.balance is not None and sampled is not system:
                 self.resting = Balance(sampled, self.lasting.arranged)
@@ -226,6 +232,8 @@ class Arrangement:
     def multipliers_beside(self) -> Total | None:
         """The multipliers, if what is followed beside the motion contains them."""
         bonds = self.contact.bonds if isinstance(self.contact, Coupled) else self.system.bonds
+        if isinstance(self.closure, StickingClosure):
+            bonds = self.closure.bonds
         if bonds is None or self.integrands is None:
             return None
         return bonds.multipliers if bonds.multipliers in needed([self.integrands], self.slots) else None
@@ -233,7 +241,8 @@ class Arrangement:
     @cached_property
     def tabled(self) -> SolvingTables:
         """How multipliers are found."""
-        bonds = self.system.bonds if self.sticking is None else self.sticking.bonds
+        solved = self.sticking or self.closure
+        bonds = self.system.bonds if solved is None else solved.bonds
         assert bonds is not None
         return self._tables_of(bonds)
 

@@ -52,7 +52,7 @@ class ArticulatedJet(CorrectedJet):
         held = self.held if self.touch is None else self.held | self.touch.reaching.components
         self.followed = [
             (c, nodes[c], rates[c])
-            for c in balance.axes
+            for c in balance.places
             if {nodes[c], rates[c]} & (inside - {None}) or c in held
         ]
         """Nodes whose places or velocities forces depend on, or constraints."""
@@ -120,6 +120,7 @@ class ArticulatedJet(CorrectedJet):
                 self.good.append(self.sweeps.eliminate(balance))
         self.follow_forces(evaluation, first=first)
         evaluation.write(self.moving(balance.after))
+        self.bind(evaluation)
         if balance.left is not None:
             self.copy(evaluation.where(balance.left), self.at(self.carried[-1], k), balance.left.count)
         if self.touch is not None:
@@ -141,6 +142,9 @@ class ArticulatedJet(CorrectedJet):
     def follow_forces(self, evaluation: Evaluation, *, first: bool) -> None:
         """The accelerations of nodes."""
         swept(evaluation, self.balance, self.sweeps, self.lasting.fixed)
+
+    def bind(self, evaluation: Evaluation) -> None:
+        """Change accelerations that follow from others."""
 
     def advance(self, evaluation: Evaluation, k: Index, rates: Array) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""

@@ -54,7 +54,16 @@ class Balance(NodeArrays):
         }
         self.node_gates = self._gates_of_nodes()
         """``gates`` at nodes, of each coordinate of their joints."""
-        self.weights = [self.total(many, [t for k in self.kinds for t in k.weighed(c)]) for c in self.axes]
+        self.weights = {
+            (c, e): self.total(many, [t for k in self.kinds for t in k.weighed(c, e)])
+            for c, e in self.pairs
+            if c == e or e in self.turns
+        }
+        self.turned = {
+            (c, e): self.total(many, [t for k in self.kinds for t in k.turned(c, e)])
+            for c in self.axes
+            for e in self.turns
+        }
         self._respond()
         self.series = [local_of(one) for one in self.kinds]
         """What the joints' series of each kind give."""
@@ -132,7 +141,7 @@ class Balance(NodeArrays):
         """Before the masses are eliminated."""
         mine = [total for kind in self.kinds for total in kind.first]
         own = *self.own.values(), *self.corners.values(), *self.node_gates
-        return [*mine, *own, *self.weights, *self.masses.values()]
+        return [*mine, *own, *self.weights.values(), *self.turned.values(), *self.masses.values()]
 
     @cached_property
     def before(self) -> Sequence[Total]:

@@ -39,13 +39,13 @@ class Closure(Bonded):
         moved = enumerate(system.joints.rates)
         self.nodes: Sequence[Array] = [lasting.arranged(one) for one in system.joints.nodes]
         self.rates: Mapping[int, Array] = {c: lasting.arranged(one) for c, one in moved if one is not None}
-        self.slopes = [[array(one.domain.count) for _ in one.slopes] for one in self.bounds]
+        self.slopes: Sequence[Sequence[Array]] = [self.columns(one) for one in self.bounds]
         self.holds = [[array(one.domain.count) for _ in one.holds] for one in self.bounds]
         """A: by coordinates, and by places of nodes."""
         self.pull = array(self.size)
         self.pulls = [array(system.joints.count) for _ in self.nodes]
         """A^T lambda without what is newest in it: on coordinates, and on nodes with the opposite sign."""
-        forces = lasting.arranged(system.forces, kept=False)
+        forces = lasting.arranged(self.forces_besides, kept=False)
         loads = [lasting.arranged(one, kept=False) for one in system.loads]
         self.given = forces, *loads
         """Forces without those of constraint."""
@@ -67,14 +67,35 @@ class Closure(Bonded):
         self.own_loads = [self.total(one.count, [*self.on_nodes(c)]) for c, one in enumerate(loads)]
         self.reply = self.balance.alone(self.own_forces, self.own_loads)
         """What forces of constraint do alone."""
-        self.right = self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
-        self.column = self.of_bounds(lambda b: self.along(b, self.reply))
+        self.right = self.right_side()
+        self.column = self.of_bounds(self.entries)
         """A M^-1 A^T lambda."""
         assert self.bonds.responses is not None
         self.responses = self.bonds.responses
         self.square = array(len(self.responses.places) + 2)
         """The entries of A M^-1 A^T, and behind them 0 and 1."""
-        self.series = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
+        self.series = self.locals()
+
+    @property
+    def forces_besides(self) -> Total:
+        """The forces on coordinates without those of constraint."""
+        return self.system.forces
+
+    def columns(self, bound: Bound) -> Sequence[Array]:
+        """A of a bound, by coordinates."""
+        return [array(bound.domain.count) for _ in bound.slopes]
+
+    def right_side(self) -> Total:
+        """-c - A M^-1 F."""
+        return self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
+
+    def entries(self, number: int) -> Node:
+        """A M^-1 A^T lambda of a bound."""
+        return self.along(number, self.reply)
+
+    def locals(self) -> Sequence[Local]:
+        """What the series of the bounds give."""
+        return [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
 
     @property
     def by_coordinates(self) -> bool:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from copy import copy
 from functools import cached_property
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node, union
-from lagrange_cli.families.arrays import Array, Term, Total
+from lagrange_cli.families.arrays import Term, Total
 from lagrange_cli.families.joints import Joints
 from lagrange_cli.mechanics.matrices import determinant
+from lagrange_cli.native.families.kind_symbols import KindSymbols
 from lagrange_cli.native.families.node_arrays import NodeArrays, array
 
 
-class JointKind:
+class JointKind(KindSymbols):
     """Joints of one kind."""
 
     resting = False
@@ -64,70 +64,6 @@ class JointKind:
         """R of weights."""
         self.strain += [self.total(self._strain(s)) for s, _ in enumerate(self.joints.weights)]
 
-    # symbols
-
-    def own(self, one: Array) -> Node:
-        """An array of the kind's members."""
-        return self.balance.slots.symbol(self.domain, one, self.every)
-
-    def node(self, one: Array) -> Node:
-        """An array of nodes, at the joints' own ones."""
-        assert self.joints.nodes is not None
-        return self.balance.slots.symbol(self.domain, one, self.joints.nodes)
-
-    def pulled(self, c: int) -> Node:
-        """The accelerations of the joints' parents."""
-        parents = self.joints.parents
-        if parents is None:
-            return self.graph.zero
-        places = np.where(parents == self.balance.count, 0, parents + 1)
-        return self.balance.slots.symbol(self.domain, self.balance.accelerations[c], places)
-
-    def accelerated_node(self, c: int) -> Node:
-        """Those of their nodes."""
-        accelerations = self.balance.accelerations[c]
-        return self.balance.slots.symbol(self.domain, accelerations, self.at + 1)
-
-    def gate(self, b: int) -> Node:
-        """1, or 0 where friction holds a coordinate."""
-        gates = self.balance.gates
-        return self.graph.one if gates is None else self.at_rows(gates, b)
-
-    def at_rows(self, array: Array, b: int) -> Node:
-        """An array of coordinates."""
-        return self.balance.slots.symbol(self.domain, array, self.joints.rows[b])
-
-    def slope(self, c: int, b: int) -> Node:
-        """J of a node, without what is held; 0 where it is."""
-        return self.gate(b) * self.whole_slope(c, b)
-
-    def whole_slope(self, c: int, b: int) -> Node:
-        """J of a node."""
-        slope = self.graph.diff(self.joints.moves[c], self.joints.coordinates[b])
-        return self.graph.zero if slope.is_zero else self.node(self.balance.node_slopes[c, b])
-
-    def swing(self, s: int, b: int) -> Node:
-        """J of a weight, without what is held."""
-        return self.gate(b) * self.whole_swing(s, b)
-
-    def whole_swing(self, s: int, b: int) -> Node:
-        """J of a weight."""
-        slope = self.graph.diff(self.joints.weights[s].move, self.joints.coordinates[b])
-        return self.graph.zero if slope.is_zero else self.own(self.slopes[s, b])
-
-    def inverse(self, b: int, d: int) -> Node:
-        key = min(b, d), max(b, d)
-        return self.node(self.balance.inverse[key]) if self.is_node else self._inverse[key]
-
-    def gain(self, c: int, b: int) -> Node:
-        return self.node(self.balance.gains[c, b]) if self.is_node else self._gains[c, b]
-
-    def mass(self, c: int, e: int) -> Node:
-        return self.node(self.balance.masses[min(c, e), max(c, e)])
-
-    def summed(self, terms: Sequence[Node]) -> Node:
-        return self.graph.sum([(one, 1.0) for one in terms])
-
     # weights
 
     def on(self, c: int) -> list[int]:
@@ -148,12 +84,22 @@ class JointKind:
 
     def meeting(self, c: int, b: int) -> Node:
         """An entry of m J of the weights behind a component."""
+        if c in self.balance.turns:
+            every = range(len(self.joints.weights) if self.is_node else 0)
+            return self.summed([self.weight(s) * self.swung(s, c) * self.swing(s, b) for s in every])
         return self.summed([self.weight(s) * self.swing(s, b) for s in self.on(c)])
 
-    def weighed(self, c: int) -> list[Term]:
+    def weighed(self, c: int, e: int) -> list[Term]:
         """Weights that nodes' joints carry behind their parents."""
         if not self.is_node or not self.hangs:
             return []
+        if c in self.balance.turns:
+            every = range(len(self.joints.weights))
+            both = [self.weight(s) * self.swung(s, c) * self.swung(s, e) for s in every]
+            return [Term(self.domain, self.summed(both), self.at)]
+        if e in self.balance.turns:
+            one = [self.weight(s) * self.swung(s, e) for s in self.on(c)]
+            return [Term(self.domain, self.summed(one), self.at)]
         return [Term(self.domain, self.weight(s), self.at) for s in self.on(c)]
 
     def met(self, c: int, b: int) -> list[Term]:
@@ -166,11 +112,6 @@ class JointKind:
         if d in self.bends:
             return [Term(self.domain, self.bent(b, d) + self.locked(b, d), self.at)]
         return [Term(self.domain, self.graph.one, self.at)] if b == d else []
-
-    @property
-    def at(self) -> Places:
-        assert self.joints.nodes is not None
-        return self.joints.nodes
 
     def _eliminate(self) -> None:
         """1 / (J^T m J), and m J / (J^T m J), of joints that carry weights alone."""
@@ -210,10 +151,15 @@ class JointKind:
     def known(self, c: int) -> Node:
         """M c - F of a node."""
         balance = self.balance
-        terms = [] if self.resting else [self.mass(c, e) * self.node(balance.rest[e]) for e in balance.axes]
-        if balance.loads[c].terms:
+        every = balance.places
+        terms = [] if self.resting else [self.mass(c, e) * self.node(balance.rest[e]) for e in every]
+        if self.loaded(c):
             terms.append(self.node(balance.loads[c]))
         return self.summed(terms)
+
+    def loaded(self, c: int) -> bool:
+        """Whether a force acts along a component."""
+        return c in self.balance.places and bool(self.balance.loads[c].terms)
 
     def freed(self, b: int) -> Node:
         """Q - J^T R, as far as R is known."""
@@ -235,7 +181,22 @@ class JointKind:
         """What goes on to the parent, whatever its children do."""
         terms = [self.weight(s) * self.own(self.rest[s]) for s in self.on(c) if not self.resting]
         terms += [self.gain(c, b) * self.freed(b) for b in self.bends]
-        return self.summed([*terms, self.known(c)] if self.is_node else terms)
+        if self.is_node and c in self.balance.turns:
+            turned = {e: self.balance.turned[e, c] for e in self.balance.axes}
+            terms += [self.node(one) * self.known(e) for e, one in turned.items() if one.terms]
+            terms.append(-self.stuck(c, self.acting))
+        elif self.is_node:
+            terms.append(self.known(c))
+        return self.summed(terms)
+
+    def acting(self, b: int) -> Node:
+        """Q - J^T R of what sticks to the parent's coordinates, but for R of nodes."""
+        terms = [-self.own(self.missing[b])]
+        if self.balance.forces.terms:
+            terms.append(self.at_rows(self.balance.forces, b))
+        every = range(len(self.joints.weights))
+        terms += [-(self.whole_swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in every]
+        return self.summed(terms)
 
     def pulls(self, c: int) -> list[Term]:
         if self.is_node or self.joints.parents is None:
@@ -260,13 +221,16 @@ class JointKind:
         if not self.is_node:
             return []
         terms = [self.slope(c, b) * self.holding(b) for b in self.bends]
-        if not self.resting:
+        if not self.resting and c in self.balance.places:
             terms.append(self.node(self.balance.rest[c]))
         return [Term(self.domain, self.summed(terms), self.at)]
 
     def changing(self, b: int) -> Node:
         """q_ddot."""
+        if self.is_node and b < len(self.balance.turns):
+            return self.accelerated_node(self.balance.turns[b])  # to the last bit that of what sticks to it
         carried = [self.gain(c, b) * self.pulled(c) for c in self.balance.axes]
+        carried += [-(self.carry(e, b) * self.pulled(e)) for e in self.balance.turns]
         return self.own(self.held_back[b]) - self.summed(carried)
 
     def strains(self, c: int) -> list[Term]:
@@ -276,7 +240,7 @@ class JointKind:
         balance = self.balance
         terms = [self.mass(c, e) * self.accelerated_node(e) for e in balance.axes]
         terms.append(self.node(balance.pull[c]))
-        if balance.loads[c].terms:
+        if self.loaded(c):
             terms.append(self.node(balance.loads[c]))
         return [Term(self.domain, self.summed(terms), self.at)]
 
@@ -284,7 +248,8 @@ class JointKind:
         """m a of weights."""
         one = self.joints.weights[s]
         terms = [] if self.resting else [self.own(self.rest[s])]
-        terms += [self.swing(s, b) * self.changing(b) for b in self.bends]
+        swing = self.whole_swing if self.balance.turns else self.swing
+        terms += [swing(s, b) * self.changing(b) for b in self.bends]
         if one.component is not None:
             terms.append(self.pulled(one.component))
         return one.mass * self.summed(terms)

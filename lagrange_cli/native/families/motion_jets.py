@@ -22,6 +22,7 @@ from lagrange_cli.native.families.series_places import AT_ONCE, BESIDE, BRIEF, H
 from lagrange_cli.native.families.shared_jets import SharedJet
 from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.sticking import StickingJet, StickingRates
+from lagrange_cli.native.families.sticking_joints import StickingClosure, StickingJointsJet
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.guards import FOUND
@@ -72,6 +73,8 @@ class MotionJets(Preparation):
         """The jet of a system whose accelerations follow from all members together; None if M is diagonal and
         there are no constraints."""
         given = self.setting(order), name
+        if isinstance(self.closure, StickingClosure):
+            return StickingJointsJet(self.closure, self.tabled, *given)
         if self.closure is not None:
             return ClosedJet(self.closure, self.tabled, *given, self.touch)
         if self.balance is not None:

@@ -25,6 +25,8 @@ class NodeArrays:
     """B: first what hangs from nodes and is no node."""
     strain: Sequence[Total]
     """R of nodes."""
+    turned: Mapping[tuple[int, int], Total]
+    """What accelerations of nodes are of those of the parents' coordinates that they stick to."""
 
     def __init__(
         self,
@@ -37,21 +39,27 @@ class NodeArrays:
         self.system, self.found, self.arrange = system, system.joints, arranged
         self.slots, self.graph = system.slots, system.slots.graph
         found: Articulation = self.found
-        self.axes, self.count = range(len(found.nodes)), found.count
+        self.count, locks = found.count, system.modes and system.modes.locks
+        self.carries = [arranged(one) for one in locks.carries] if locks else []
+        """What accelerations of coordinates that stick are of those of the joints before, one by one."""
+        self.places = range(len(found.nodes))
+        """The components of places."""
+        self.turns = range(len(found.nodes), len(found.nodes) + len(self.carries))
+        """The accelerations of nodes' coordinates, as further components."""
+        self.axes = range(self.turns.stop)
         self.size = max((len(one.rows) for one in found.joints if one.nodes is not None), default=0)
         self.forces = arranged(system.forces, kept=False) if forces is None else forces
         self.loads = [arranged(one, kept=False) for one in system.loads] if loads is None else loads
         self.inertia = [arranged(one) for one in found.inertia]
-        locks = system.modes and system.modes.locks
         self.gates = arranged(locks.gates) if locks else None
         """0 of coordinates that are held, if any may be."""
         self.pairs = [(c, e) for c in self.axes for e in self.axes if c <= e]
         self.bonds = [(c, b) for c in self.axes for b in range(self.size)]
         self.pivots = [(b, d) for b in range(self.size) for d in range(self.size) if b <= d]
         many = self.count
-        self.node_slopes = {one: array(many) for one in self.bonds}
+        self.node_slopes = {one: array(many) for one in self.bonds if one[0] in self.places}
         """J of nodes."""
-        self.rest = [array(many) for _ in self.axes]
+        self.rest = [array(many) for _ in self.places]
         """c of nodes."""
         self.gains = {one: array(many) for one in self.bonds}
         """M J / (J^T M J)."""

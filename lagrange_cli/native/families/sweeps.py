@@ -47,23 +47,34 @@ class Sweeps:
                 value = self.load(array, i)
                 if self.straight:
                     value = value + handed[c, e].get()
-                if c == e:
+                if c == e and c in balance.places:
                     value = value + self.load(balance.inertia[c], i)
                 self.store(value, array, i)
                 mass[c, e] = mass[e, c] = value
             slope = {key: self.load(array, i) for key, array in balance.node_slopes.items()}
             for b, array in enumerate(balance.node_gates):
                 open_ = self.load(array, i)
-                slope |= {(c, b): slope[c, b] * open_ for c in axes}
+                slope |= {(c, b): slope[c, b] * open_ for c in balance.places}
+                slope |= {(c, b): open_ for c in balance.turns if c - balance.turns.start == b}
+            turned = {key: self.load(array, i) for key, array in balance.turned.items() if array.terms}
             met = {
-                (c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes])
+                (c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes if (e, b) in slope])
                 for c in axes
                 for b in bends
             }
-            both = {(c, b): met[c, b] + self.load(balance.own[c, b], i) for c in axes for b in bends}
+            met_before = {
+                (c, b): met[c, b]
+                if c in balance.places
+                else dotted(vectors, [(turned[e, c], met[e, b]) for e in axes if (e, c) in turned])
+                for c in axes
+                for b in bends
+            }
+            both = {key: value + self.load(balance.own[key], i) for key, value in met_before.items()}
             matrix = {
                 (b, d): dotted(
-                    vectors, [(slope[c, b], met[c, d]) for c in axes], self.load(balance.corners[b, d], i)
+                    vectors,
+                    [(slope[c, b], met[c, d]) for c in axes if (c, b) in slope],
+                    self.load(balance.corners[b, d], i),
                 )
                 for b in bends
                 for d in bends[b:]
@@ -83,10 +94,15 @@ class Sweeps:
             for c in axes:
                 for e in axes:
                     start = vectors.constant(1.0 if c == e else 0.0)
-                    value = dotted(vectors, [(-gain[c, b], slope[e, b]) for b in bends], start)
-                    self.store(value, balance.passed[c, e], i)
+                    if c in balance.turns:
+                        start = turned.get((e, c), vectors.constant(0.0))
+                    terms = [(-gain[c, b], slope[e, b]) for b in bends if (e, b) in slope]
+                    self.store(dotted(vectors, terms, start), balance.passed[c, e], i)
+            mass |= moved_back(vectors, balance, mass, turned)
             for (c, e), array in masses.items():
-                start = mass[c, e] + self.load(balance.weights[c], i) if c == e else mass[c, e]
+                start = mass[c, e]
+                if (c, e) in balance.weights:
+                    start = start + self.load(balance.weights[c, e], i)
                 value = dotted(vectors, [(-gain[c, b], both[e, b]) for b in bends], start)
                 if self.straight:
                     handed[c, e].set(value)
@@ -161,6 +177,26 @@ class Sweeps:
                 self.store(value, step, i)
                 if to is not None:
                     self.store(self.load(to, i + 1) + value, to, i + 1)
+
+
+def moved_back(
+    vectors: Vectors,
+    balance: Balance,
+    mass: Mapping[tuple[int, int], Numbers],
+    turned: Mapping[tuple[int, int], Numbers],
+) -> dict[tuple[int, int], Numbers]:
+    """The masses of a node as the parent feels them where coordinates stick to those of the parent."""
+    axes, turns = balance.axes, balance.turns
+
+    def along(c: int, e: int) -> Numbers:
+        return dotted(vectors, [(mass[c, d], turned[d, e]) for d in axes if (d, e) in turned])
+
+    half = {(c, e): along(c, e) for c in axes for e in turns}
+    found = {(c, e): half[c, e] for c in balance.places for e in turns}
+    for c in turns:
+        for e in turns:
+            found[c, e] = dotted(vectors, [(turned[d, c], half[d, e]) for d in axes if (d, c) in turned])
+    return found
 
 
 def dotted(
