@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIMPLE, STEEP, Role
+from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIDES, SIMPLE, STEEP, Role
 
 FEW_EVENTS = 64
 """Events of the largest system whose actions compiled code does."""
@@ -28,7 +28,7 @@ def number_of(guard: Guard) -> int:
     if guard.cut:
         return CUT
     if guard.rooted:
-        return STEEP if guard.steep else ROOTED
+        return (STEEP if guard.steep else ROOTED) + SIDES[guard.side]
     return SIMPLE
 
 

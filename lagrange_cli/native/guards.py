@@ -34,6 +34,10 @@ SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED, STEEP, LOOSE = -1, -2, -3, -4, -5,
 guards that hold the motion; ``PLACED``: the same of an argument that is no velocity, but a place;
 ``ROOTED``: forces contain a root of the argument; ``STEEP``: one whose slope is infinite at 0; ``LOOSE``: an
 impact that reduces the speed, after which nothing rests."""
+SIDES = {0: 0, 1: -16, -1: -32}
+"""What is added to ``ROOTED`` and ``STEEP`` where the root is on one side only."""
+COSTLY = 256
+"""Steps of a state with so many rows take longer than what decides in their place whether fewer will do."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 MOST_RECORDS, ROOM = 1024, 2**21
@@ -65,7 +69,9 @@ class Role(IntEnum):
 
 EVENTS = Role.RECORD, Role.CHANGE, Role.ACTION
 """Those of events."""
-ROLES = {SIMPLE: Role.SWITCH, ROOTED: Role.SWITCH, STEEP: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}
+ROOTS = {kind + more: (kind == STEEP, side) for kind in (ROOTED, STEEP) for side, more in SIDES.items()}
+"""Guards whose forces contain a root: whether it is steep, and the side that has one (0: both)."""
+ROLES = {**dict.fromkeys((SIMPLE, *ROOTS), Role.SWITCH), CUT: Role.CUT, BREAK: Role.BREAK}
 """Those of guards without an auxiliary coordinate."""
 
 
@@ -87,6 +93,8 @@ class GuardRow:
     """Whether forces contain a root of the argument: they have no series where it is 0."""
     steep: bool = False
     """Whether they are infinitely steep there."""
+    side: int = 0
+    """The sign of the argument on the only side with roots; 0 if both sides have some."""
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 

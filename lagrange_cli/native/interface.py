@@ -15,9 +15,8 @@ from lagrange_cli.native.guards import (
     LOOSE,
     PLACED,
     ROLES,
-    ROOTED,
+    ROOTS,
     SIMPLE,
-    STEEP,
     GuardRow,
     GuardRows,
     Role,
@@ -52,7 +51,7 @@ class Stop(IntEnum):
     GUARD = 6
     CRAWL = 7  # told by the caller of ``@advance``
     STUCK = 8
-    ROOT = 9  # steps on rates: a force has no series here
+    ROOT = 9  # a force has no series here
 
 
 ARRAYS = 8
@@ -159,8 +158,9 @@ class Interface:
         first, made = 2 * degrees, list[GuardRow]()
         for one in self.guards:
             role = ROLES.get(one, Role.HOLD)
-            rooted, steep = one in (ROOTED, STEEP), one == STEEP
-            made.append(GuardRow(role, first + len(made), multiplier(one), rooted=rooted, steep=steep))
+            steep, side = ROOTS.get(one, (False, 0))
+            alone = GuardRow(role, first + len(made), multiplier(one))
+            made.append(replace(alone, rooted=one in ROOTS, steep=steep, side=side))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):

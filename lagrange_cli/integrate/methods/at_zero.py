@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.crossing import FELT, Crossing
+from lagrange_cli.integrate.methods.crossing import Crossing
+from lagrange_cli.integrate.methods.longer_ways import FELT
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.trial_states import TOLD
 from lagrange_cli.native.guards import AT_REST, Role

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.gauss import gauss
-from lagrange_cli.integrate.methods.trial_states import TrialStates
+from lagrange_cli.integrate.methods.longer_ways import FELT, QUADRATURE, LongerWays, Path
+from lagrange_cli.native.guards import SMALLEST, Role
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
@@ -32,10 +32,10 @@ LONGER, FARTHEST = 2.0**4, 2.0**-8
 that none exceeds."""
 RESOLVED = 2.0**-44, 2.0**-96
 """The shortest way, as a part of the time: further steps are parts of it."""
+AT_ONCE = 2.0**-48
+"""Arguments are 0 at the same time if that is this part of it away."""
 NEAR = 2.0**-16
 """If u = 0 is farther away, in the same terms, something else stops the motion."""
-FELT = 2.0**-50, 2.0**-98
-"""A negligible error of velocities for such a passage."""
 BRIEF = 2.0**-20
 """A short fraction of the whole time since t = 0."""
 UNSURE = 2.0**-50, 2.0**-100
@@ -48,10 +48,6 @@ LATER = [2.0**k for k in range(0, -28, -4)]
 """Fractions of the time after which a force is looked for where none acts yet."""
 TOGETHER = 4
 """So many arguments are taken across 0 at once, at most."""
-NODES, POWER = 16, 6
-"""The nodes of Gauss's rule, and the power of s in the time."""
-QUADRATURE = 2.0**-46
-"""The error of the rule for powers from t^0.1 on."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +64,7 @@ class Way:
     part: float
 
 
-class Crossing(TrialStates):
+class Crossing(LongerWays):
     """The way across a place where a force has no series."""
 
     _crossed: tuple[float, ...] = ()
@@ -85,14 +81,20 @@ class Crossing(TrialStates):
         It begins with the acceleration on the side from which the motion comes, or on that to which it goes
         if it begins at u = 0 where the force jumps.
         """
-        now = self.now
+        now, self.path = self.now, None
         if now == self._crossed:
             return False
-        self._crossed = now
+        before, self._crossed = self._crossed, now
         self._series()
         free = [j for j in range(self.count) if self.modes[j] != 0.0]
         own = self._coefficients_of_arguments()[:, :2]
         u = {j: own[j] for j in free}
+        soon = max(abs(now[0]), SMALLEST) * AT_ONCE
+        simple = [j for j in free if self._rows.guards[j].role is Role.SWITCH]
+        ending = [j for j in simple if u[j][1] * self.modes[j] < 0.0 and abs(u[j][0]) <= abs(u[j][1]) * soon]
+        if ending and self._ends(ending):
+            self._crossed = before
+            return True
         marked = [j for j in range(self.count) if self.marks[j] > 0.0]
         ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
         if marked:
@@ -122,6 +124,17 @@ class Crossing(TrialStates):
             if self._crossed_by(j, left, mode, -mode):
                 return True
         return False
+
+    def _ends(self, guards: Sequence[int]) -> bool:
+        """Go on with the other modes of guards whose arguments are 0 just when another one's is, if forces
+        have a series then."""
+        self.modes[guards] = -self.modes[guards]
+        if self._infinite():
+            self.modes[guards] = -self.modes[guards]
+            return False
+        self.mark(guards)
+        self.begin_steps()
+        return True
 
     @property
     def now(self) -> tuple[float, ...]:
@@ -180,11 +193,16 @@ class Crossing(TrialStates):
             before = float(memory[layout.at(Clock.LENGTH)]) or self._duration()
             most = max(longest, before) / longest * FARTHEST
             ways = list(takewhile(lambda one: one <= most, (farther * LONGER**k for k in count(1))))
+        if ways:
+            j, begin, mode = self.together(j, begin, mode, left + longest * ways[0])
         for way in ways:
             self.memory[:] = memory
             self.modes[j] = begin
             moved = self._moved(left, left + longest * way, begin, mode, j, (usual, float(v)))
             if moved and (not farther or self._agrees()):
+                if not farther:
+                    path = Path(memory, rates, [*j], left, begin.copy(), mode.copy())
+                    self.lengthen(path, usual, left + longest * way)
                 self.marks[:] = np.minimum(self.marks, 0.0)
                 self.begin_steps()
                 self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), way)
@@ -211,20 +229,8 @@ class Crossing(TrialStates):
         rates, slopes = self._rates_of_rows(), self._slopes(at_zero)
         if not np.all(np.isfinite(rates)):
             return False
-        start, velocities = self.memory.copy(), np.zeros(len(rates))
-        places = np.zeros(len(rates))
-        sides = (left, begin, -left), (left, mode, length - left)
-        for (root, side, extent), (node, weight) in product(sides, gauss(NODES)):
-            t = root + extent * node**POWER
-            self.memory[:] = start
-            self._move(t, rates)
-            self.modes[j] = side
-            self._series()
-            change = self._rates_of_rows() - rates
-            change[~np.isfinite(change)] = 0.0  # so near that rounding decides on which side u is
-            change *= weight * abs(extent) * POWER * node ** (POWER - 1)
-            velocities += change
-            places += change * (length - t)
+        start = self.memory.copy()
+        velocities, places = self.changes(Path(start, rates, j, left, begin, mode), length)
         self.memory[:] = start
         self._move(length, rates)
         self._series()

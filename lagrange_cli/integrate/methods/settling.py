@@ -29,6 +29,8 @@ JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
 ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
+JUST = 2.0**-45
+"""A change of a mode so short a part of the time ago is one that has just been."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 ROUNDS = 8
@@ -87,6 +89,8 @@ class Settling(Sliding):
 
     def tries(self) -> bool:
         """Go on with steps where no way leads across a root."""
+        last = self._layout.at(Clock.LAST_PASS)
+        self.memory[last] -= max(abs(self.memory[last]) * JUST, SMALLEST)
         rooted = [one.steep for one in self._rows.guards] & (self.marks[: self.count] > 0.0)
         self.marks[: self.count][rooted] = TRIED
         self.prepare()

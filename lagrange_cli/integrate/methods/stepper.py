@@ -229,6 +229,9 @@ class Stepper:
 
     def _between(self, reached: Array, wanted: Array) -> Array:
         """The samples that the motion has passed since the memory ``reached``, without steps."""
+        path = None if self._settling is None else self._settling.along(reached)
+        if self._settling is not None and path is not None:
+            return self._settling.samples_along(path, wanted[self.space.passed(wanted)])
         if self._settling is None or self._settling.onset is None:
             return self.space.between(reached, wanted)
         return self._settling.samples(self._settling.onset, wanted[wanted < self.space.t])

@@ -35,6 +35,9 @@ class Guard:
     """Whether forces contain a root of the argument, and have no series where it is 0."""
     steep: bool = False
     """Whether one of these is infinitely steep there."""
+    side: int = 0
+    """The sign of the argument on the only side with such a root, as of a contact; 0 if both sides may have
+    one."""
     reverses: bool = False
     """Whether something has its sign, as friction has that of a velocity."""
     limit: Node | None = None

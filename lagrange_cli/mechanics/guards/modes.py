@@ -120,7 +120,9 @@ class Modes:
             resting = self._resting(original, above, below)
             if self._rooted(original, above, below):
                 steep = guard.steep or self._rooted(original, above, below, most=1)
-                self.guards[original] = replace(guard, rooted=True, steep=steep)
+                side = self._side(original, above, below)
+                side = side if not guard.rooted or guard.side == side else 0
+                self.guards[original] = replace(guard, rooted=True, steep=steep, side=side)
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[0])
@@ -155,6 +157,11 @@ class Modes:
             if node.kind is Kind.POWER and node.arguments[0].symbols & argument.symbols:
                 return True
         return False
+
+    def _side(self, argument: Node, above: Node, below: Node) -> int:
+        """The sign of the argument on the only branch with such roots; 0 if both have some."""
+        roots = [self._rooted(argument, one, one) for one in (above, below)]
+        return 0 if all(roots) else 1 if roots[0] else -1
 
     def _reverses(self, node: Node) -> bool:
         """Whether a switch has opposite values on both sides of 0, as friction has, by a velocity."""

@@ -10,6 +10,7 @@ It is the same for all kinds of numbers. What differs are the ``Steps`` of a kin
 
 from __future__ import annotations
 
+from lagrange_cli.native.guards import COSTLY
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.flow import Loop, Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
@@ -30,6 +31,8 @@ PASSES = 8.0
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 SMALLEST = 2.0**-1022
+BRANCH = 2.0**-20
+"""A step that is so small a part of the one before it begins at a branch point of a force."""
 
 
 def advance(steps: Steps) -> str:
@@ -92,6 +95,8 @@ def plan(at: Progress, now: Now) -> Planned:
     f, steps, t = at.f, at.steps, now.t
     gap = at.clock(Clock.GAP)
     now, by_series, sound = steps.choose(f, now, at.leave)
+    if steps.guards and steps.guards.switches and steps.state.rows >= COSTLY:
+        leave_at_root(at, now, by_series)
     left = (at.stop - t) - now.low
     h, passed = steps.vet(f, now, by_series, left, gap.equals(0.0)), f.magnitude(t)
     if steps.given.static and not steps.constrained:
@@ -109,6 +114,14 @@ def plan(at: Progress, now: Now) -> Planned:
     kept = usual, last, times, leaving, lax
     aims = f.variable(at.yes), f.variable(gap), f.variable(h)
     return Planned(now, by_series, sound, left, h, reach, passed, gap, *kept, *aims)
+
+
+def leave_at_root(at: Progress, now: Now, by_series: Real) -> None:
+    """Where a mode has just changed, and steps become very short, a force has no series: the caller looks for
+    a way across."""
+    here = now.previous.equals(0.0) & at.clock(Clock.LAST_PASS).equals(now.t)
+    with at.f.when(here & (by_series < at.clock(Clock.LENGTH) * BRANCH)):
+        at.leave(Stop.ROOT)
 
 
 def approach(at: Progress, step: Planned) -> None:

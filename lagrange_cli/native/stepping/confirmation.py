@@ -46,6 +46,8 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
         lenient = lenient | (at.clock(Clock.PROJECTIONS) > before)
     slack = f.select(lenient, NOISY, at.one)
     good = steps.agree(f, now, at.uneven.get(), slack, unexplained > 0.0, floor) & regular
+    if at.due is not None and steps.guards and steps.guards.switches:
+        good = good_beyond(at, now, good, (slack, unexplained > 0.0, floor))
     blind, less = at.pending.get().equals(BLIND), at.taken.get() - 1
     with f.when(~good):
         take_back(at, Refused(now, regular, blind, less, floor, failures, unexplained))
@@ -76,6 +78,27 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
             rounds.go_on()
 
 
+def good_beyond(at: Progress, now: Now, good: Bit, allowed: tuple[Real, Bit, Real]) -> Bit:
+    """The same, if a step to where a switch changes is not ``good``: whether the accelerations beyond it are
+    those expected. A force such as u^1.5 has no series where u is 0, and no value where rounding has let u be
+    below."""
+    f, steps, due = at.f, at.steps, at.due
+    assert due is not None
+    assert steps.guards
+    found, uneven = f.variable(good), at.uneven.get()
+    with f.when(~good & ~due.get().equals(NO_GUARD)), f.when(steps.guards.is_switch(f, due.get())):
+        again = Now(now.t, now.low, at.clock(Clock.STEP), at.one)
+        steps.guards.turn(f, due.get())
+        steps.forget(f)
+        beyond, regular = steps.expand(f, again)
+        found.set(steps.agree(f, beyond, uneven, *allowed) & regular)
+        steps.guards.turn(f, due.get())
+        with f.when(~found.get()):
+            steps.forget(f)
+            steps.expand(f, again)
+    return found.get()
+
+
 def take_back(at: Progress, step: Refused) -> None:
     """There is a critical point within the step that the series does not show: go back and take at most half
     the step; or, if the equations were singular just beyond the point, go twice as far beyond it. If small
@@ -93,6 +116,11 @@ def take_back(at: Progress, step: Refused) -> None:
         at.leave(code, less, at.began.get())
     narrow = steps.agree(f, step.now, at.uneven.get(), f.constant(NOISY), at.no, step.floor) & regular
     at.copy(at.trial, at.state)
+    if at.due is not None:  # a step that is stopped by a guard comes no nearer
+        stopped = ~at.due.get().equals(NO_GUARD) & ~step.blind & (at.clock(Clock.GAP) > 0.0)
+        with f.when(stopped & ~(at.length.get() < at.clock(Clock.GAP))):
+            at.no_guard()
+            at.leave(Stop.UNDERFLOW, less, at.began.get())
     steps.forget(f)
     begins, apart = at.clock(Clock.GAP).equals(0.0), at.clock(Clock.LEAVING).equals(0.0)
     counts = narrow & begins & (at.length.get() > before * 0.25) & apart

@@ -25,6 +25,8 @@ decide."""
 RADIUS = 0.5
 """Away from the zero of a root, which has a series no farther than to there, a step is this part of the way
 back, at most: beyond it the series diverges, however weak the force is."""
+FROM_BOTH = 2
+"""A root on both sides of 0; 1 more, or less, where it is on one side only."""
 WIDER = 2.0**16
 """After a zero, a step is longer than the one before by no more than this factor."""
 MANY = 32
@@ -159,7 +161,11 @@ class GuardSearch:
                 if self._rooted:
                     u, rate = (f.load(self.lengths.place(f, row), m * self.lengths.term) for m in (1, 2))
                     leaving = (u * mode > 0.0) & (rate * mode > 0.0)
-                    with f.when(leaving & f.load_integer("@guard_roots", j).equals(1)):
+                    roots = f.load_integer("@guard_roots", j)
+                    free = (roots.equals(FROM_BOTH + 1) & (mode < 0.0)) | (
+                        roots.equals(FROM_BOTH - 1) & (mode > 0.0)
+                    )
+                    with f.when(leaving & ~roots.equals(0) & ~free):
                         reach.set(f.smaller(reach.get(), u / (rate + rate) * RADIUS))
             with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
                 self._look_at_multiplier(f, j, look)

@@ -16,10 +16,10 @@ from lagrange_cli.native.guards import BRIEF, NOTES, NOWHERE, RECORDED, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import LEFT, NOTE
-from lagrange_cli.native.stepping.guard_search import GuardSearch
+from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.steps import copy_function
 from lagrange_cli.records import dataclass
@@ -57,7 +57,7 @@ class GuardCode(GuardSearch):
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
-            *([table("guard_roots", [int(one.rooted) for one in guards])] if self._rooted else []),
+            *([table("guard_roots", self._roots)] if self._rooted else []),
             *(
                 [table("guard_steep", [int(one.steep) for one in guards])]
                 if self.interpolated and self.steep
@@ -65,6 +65,11 @@ class GuardCode(GuardSearch):
             ),
         ]
         return [*tables, roots.text(), *actions, *(f.text() for f in own)]
+
+    @property
+    def _roots(self) -> list[int]:
+        """Of each guard, on which side of 0 forces contain a root of its argument."""
+        return [(FROM_BOTH + one.side) * one.rooted for one in self.rows.guards]
 
     def _flip(self) -> Function:
         """``@flip(state, constants, j, trial, info, work, sample)``: change the mode of a guard, or do what
@@ -145,6 +150,21 @@ class GuardCode(GuardSearch):
             held = role.equals(Role.HOLD) & mode.equals(0.0)
             free = f.select(role.equals(Role.REST), f.constant(0.0), mode)
             f.store(f.select(held, side, free), state, at)
+        self._prepare(f, state)
+
+    @property
+    def switches(self) -> bool:
+        """Whether a guard is a switch that steps by series come to."""
+        return not self.interpolated and any(one.role is Role.SWITCH for one in self.rows.guards)
+
+    def is_switch(self, f: Function, j: Integer) -> Bit:
+        """Whether the guard ``j`` is a switch."""
+        return f.load_integer("@guard_roles", j).equals(Role.SWITCH)
+
+    def turn(self, f: Function, j: Integer) -> None:
+        """The equations with the other mode of the guard ``j``."""
+        state, mode = f.pointer("%state"), j + self.rows.mode(self.layout)
+        f.store(-f.load(state, mode), state, mode)
         self._prepare(f, state)
 
     def modes(self, f: Function, state: Pointer) -> Pointer:

@@ -136,6 +136,7 @@ class RadauSteps(CollocationSteps):
             rounding = self.rounding.of(f, i) * scale * SENSITIVITY
             for shift, value, known in ((0, place, rounding * scale), (n, speed, rounding)):
                 left = f.larger(f.magnitude(value) - known, f.zero(lanes))
+                left = f.select(value.equals(value), left, f.splat(f.constant(math.inf), lanes))
                 error = f.select(inside, left * self.row(f, "shares", i + shift), f.zero(lanes))
                 squares.set(f.fused(error, error, squares.get()))
         f.give(f.reduce("fadd", squares.get(), f.constant(0.0)))
@@ -176,7 +177,8 @@ class RadauSteps(CollocationSteps):
             f.copy_rows((rates, 0), ("%work", self.areas["f0"]), count, lanes)
             self.spend(f, f.constant(1.0))
             with f.when(large):
-                total.set(filtered(self.areas["f0"], 1.0))
+                again = filtered(self.areas["f0"], 1.0)  # a force may have no value there, as depth^1.5
+                total.set(f.select(again < math.inf, again, total.get()))
             if count > n:
                 total.set(total.get() + self._of_integrals(f, h))
         f.give(total.get() * (1.0 / layout.rows))

@@ -4,7 +4,7 @@
 // (`native/state.py`). A motion takes the same steps as one of `lagrange solve`.
 
 const LANES = 8;
-const Stop = { END: 0, SAMPLES: 1, PAUSE: 2, SINGULAR: 3, NOT_FINITE: 4, UNDERFLOW: 5, GUARD: 6 };
+const Stop = { END: 0, SAMPLES: 1, PAUSE: 2, SINGULAR: 3, NOT_FINITE: 4, UNDERFLOW: 5, GUARD: 6, ROOT: 9 };
 const Clock = {
   TIME: 0, LOW: 1, STEP: 2, GAP: 3, USUAL: 4, LAST_PASS: 5, PASSES: 6, LEAVING: 7, FAILURES: 8, LENGTH: 12,
   PROJECTIONS: 13,

@@ -3,6 +3,7 @@
 
 const DERIVATIVES = 6;
 const ROUNDING = 2 ** -44;      // a derivative that is so small beside the terms of the others is rounding
+const JUST = 2 ** -45;          // a change of a mode so short a part of the time ago has just been
 const HELD = 1 + 2 ** -40;      // multipliers up to this hold the motion
 const JUMP = 2 ** -20;
 const SOON = 2 ** -30, SHORT = 2 ** -26;
@@ -96,7 +97,15 @@ class Settling {
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].parts) return this.leaveOut(due);
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].beside) return this.passes(due);
     if (stop === Stop.GUARD) return this.settle(due) || this.rest();
+    if (stop === Stop.ROOT) return this.rest() || this.tries();
     return (stop === Stop.UNDERFLOW || stop === Stop.NOT_FINITE) && (this.stops() || this.rest());
+  }
+
+  // Go on with steps where a force has no series.
+  tries() {
+    const last = this.clock(Clock.LAST_PASS);
+    this.set(Clock.LAST_PASS, last - Math.max(Math.abs(last) * JUST, SMALLEST));
+    return true;
   }
 
   // Leave drag along a vector out that is about to be 0, or has just been.
