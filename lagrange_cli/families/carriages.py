@@ -7,15 +7,17 @@ alone, and is factored in time that grows with their number.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import NONE, Domain, Slot, Term, Total, Tree
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.mechanics.substitution import substituted
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 Weight: TypeAlias = tuple[Domain, Node, Node]
 Flags: TypeAlias = "NDArray[np.bool_]"
