@@ -145,6 +145,8 @@ def double(equations: Specification) -> MotionCode:
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter)
     lengths, steps = side_by_side(equations.state.degrees, equations.state.rows, order), list[str]()
+    made = equations.state, equations.constants, equations.emitter
+    static = static_forces.in_doubles(residual, *made) if equations.steps or equations.scheme else ""
     if equations.scheme:
         room, name = work, "jet"
         if equations.guards:
@@ -152,7 +154,7 @@ def double(equations: Specification) -> MotionCode:
             brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
             name, jet = BRIEF, jet + brief
         families = related(residual.model, fewest=2) + related_integrals(equations)
-        rates = replace(given_of(equations, room, project), rates=name, related=families)
+        rates = replace(given_of(equations, room, project), rates=name, related=families, static=static)
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)
     elif equations.steps:
@@ -162,7 +164,6 @@ def double(equations: Specification) -> MotionCode:
             work = floor + whole_vectors(lengths.width)
             lengths = replace(lengths, floor=floor)
             families += related_integrals(equations)
-        static = static_forces.in_doubles(residual, equations.state, equations.constants, equations.emitter)
         own = replace(given_of(equations, work, project), related=families, static=static)
         steps.append(advance(DoubleSteps(lengths, own)))
     parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]

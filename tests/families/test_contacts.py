@@ -178,16 +178,17 @@ def test_a_ball_rests_on_while_others_bounce(monkeypatch: pytest.MonkeyPatch) ->
         assert np.min(followed(ready(text), text, 3.1)["q/y"]) >= -(2.0**-40)
 
 
-def test_other_methods_go_through_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ledgers_and_proofs_go_through_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)
     across, up, events = CASES["a floor"]
     spec = read_spec(BALLS.format(count=3, across=across, up=up, events=events), "system.yaml")
     for asked in (
-        Compilation("ias15", 2.0**-52, OUTPUTS),
         Compilation("taylor", 2.0**-52, OUTPUTS | {"ledger"}),
         Compilation("taylor", 2.0**-52, OUTPUTS, proven=True),
     ):
         assert family_run(spec, asked) is None
+    for method in ("ias15", "DOP853"):
+        assert family_run(spec, Compilation(method, 2.0**-52, OUTPUTS)) is not None
 
 
 DISCS = """

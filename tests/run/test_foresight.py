@@ -46,15 +46,6 @@ embedding:
   r[i in range(N)]: ["x[i] + cos(a[i])", "y[i] + sin(a[i])"]
 nonholonomic: {"blade[i in range(N)]": "x_dot[i]*sin(a[i]) - y_dot[i]*cos(a[i])"}
 """
-CHAIN = """
-sizes: {N: 60}
-coordinates: {"th[i in range(N)]": {initial: 0.1*i}}
-masses: {"m[i in range(N)]": 1}
-embedding:
-  m[i in range(N)]: ["sum(sin(th[j]) for j in range(i + 1))", "-sum(cos(th[j]) for j in range(i + 1))"]
-potential: sum(m[i].y for i in range(N))
-dissipation: sum(abs(th_dot[i] - th_dot[i - 1]) for i in range(1, N))
-"""
 TIED = SLEDGES.replace("x_dot[i]*sin(a[i])", "x_dot[i]*sin(sum(a[j] for j in range(N)))")
 TEXTS = {
     "friction": FRICTION, "impacts": IMPACTS, "some": SOME, "sledges": SLEDGES,
@@ -161,7 +152,7 @@ def test_other_sizes_are_kept_and_what_is_wrong_with_small_ones_is_not_told() ->
     foresee_sizes(fixed, lambda smaller, most: pytest.fail("two sizes are large"))
 
 
-@pytest.mark.parametrize(("text", "line"), [(FRICTION, 9), (CHAIN, 8), (TIED, 9)])
+@pytest.mark.parametrize(("text", "line"), [(FRICTION, 9), (TIED, 9)])
 def test_the_message_points_at_what_members_are_written_out_for(
     text: str, line: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -40,6 +40,7 @@ def test_a_random_expression(names, data):
         formula = shown(text, names)
     except (LagrangeError, ExpressionError):
         assume(False)
+    assume("Abs" not in formula)  # of sympy: (x*x)**x becomes Abs(x)**(2*x), which no equations contain
     with mpmath.workdps(40):
         found = value(formula, {name: mpmath.mpf(VALUES[name]) for name in names})
         assert abs(found - expected) <= 1e-9 * (1 + abs(expected)), (text, formula)

@@ -118,6 +118,8 @@ class RateNoise:
             self._where_none(f, first + degrees, count)
         places = ("%work", self.begin - degrees), ("%state", self.place)
         write_coupled(f, lengths, steps.given.coupled, *places, steps.bounds.rounding)
+        if steps.given.static:
+            f.call(None, "allow_static", *f.pointers("constants", "state"), f.place("%state", self.place))
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         f.copy_rows((kept, 0), (node, 0), width, lanes)

@@ -86,7 +86,8 @@ class RateSteps(RatesAtNodes):
 
     def functions(self) -> list[str]:
         made = [*self.acceptance(), *self.helpers(), self.rounding.function(), self._tried(), self._carry()]
-        texts = [clear_function(), self.given.project, self.given.floors, self.given.approach]
+        given = self.given
+        texts = [clear_function(), given.project, given.floors, given.static, given.approach]
         if self.guards and self.watching:
             texts += self.guards.functions()
             texts += self.watching.tables()
