@@ -7,6 +7,9 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import rewritten
 
+EVERYWHERE = frozenset({"sin", "cos", "exp", "sinh", "cosh", "tanh", "atan"})
+"""Functions that have a value, and slopes that are finite, for any argument."""
+
 
 def static_forces(residual: Residual) -> tuple[Node, ...]:
     """What is left of the equations of motion at rest, where all velocities, accelerations and multipliers
@@ -30,13 +33,13 @@ def static_forces(residual: Residual) -> tuple[Node, ...]:
 def rounding_at_rest(residual: Residual) -> tuple[Node, ...]:
     """The rounding errors of the forces at rest in units of the last place, an expression for each equation;
     none at all if these are 0 only where coordinates are, or are known to that part of these. Nor where they
-    have roots of what may be 0: errors there have no bound."""
+    have roots or poles of sums that may be 0: errors there have no bound."""
     forces, graph = static_forces(residual), residual.graph
     moving = union((*residual.model.q, residual.model.time))
     places, nodes = union(residual.model.q), reachable(forces)
     if not any(_may_cancel(node, moving, places) for node in nodes):
         return ()
-    if any(_has_root(node, moving) for node in nodes):
+    if any(_is_singular(node, moving) for node in nodes):
         return ()
     return tuple(size_of(graph, force) for force in forces)
 
@@ -51,14 +54,16 @@ def _may_cancel(node: Node, moving: int, places: int) -> bool:
     return bool(constant) or (fixed and len(node.arguments) > 1)
 
 
-def _has_root(node: Node, moving: int) -> bool:
-    """Whether it is a power, not whole, of anything that is not positive for certain."""
+def _is_singular(node: Node, moving: int) -> bool:
+    """Whether it is a power, not whole or of a sum in a denominator, of anything that is not positive for
+    certain; or a function that has no value somewhere."""
     if not node.symbols & moving:
         return False
     if node.kind is Kind.PRODUCT:
-        broken = [a for a, exponent in zip(node.arguments, node.data) if exponent != int(exponent)]
-        return any(one.symbols & moving and not _is_positive(one, moving) for one in broken)
-    return node.kind is Kind.POWER
+        powers = zip(node.arguments, node.data)
+        steep = [a for a, exponent in powers if exponent != int(exponent) or (exponent < 0 and a.arguments)]
+        return any(one.symbols & moving and not _is_positive(one, moving) for one in steep)
+    return node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data not in EVERYWHERE)
 
 
 def _is_positive(node: Node, moving: int) -> bool:

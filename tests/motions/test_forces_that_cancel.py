@@ -118,4 +118,6 @@ def test_only_forces_at_rest_that_cancel_are_known_to_their_rounding():
     assert len(rounding_at_rest(residual_of(HANGING.format(m=1, k=2)))) == 2
     rooted = "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2\n"
     assert not rounding_at_rest(residual_of(rooted + 'generalized_forces: {x: "sqrt(abs(sin(t - 1)))"}'))
+    assert not rounding_at_rest(residual_of(rooted + 'generalized_forces: {x: "1/(x - 3)**2 - 1/9"}'))
     assert rounding_at_rest(residual_of(rooted + 'generalized_forces: {x: "cos(t) - 1"}'))
+    assert rounding_at_rest(residual_of(rooted + 'generalized_forces: {x: "x/sqrt(x**2 + 1) - 1/2"}'))
