@@ -13,21 +13,20 @@ EVERYWHERE = frozenset({"sin", "cos", "exp", "sinh", "cosh", "tanh", "atan"})
 
 def static_forces(residual: Residual) -> tuple[Node, ...]:
     """What is left of the equations of motion at rest, where all velocities, accelerations and multipliers
-    are 0, in q and t."""
+    are 0, in q and t; nothing where a denominator, or a root, may be 0 with these."""
     graph, model = residual.graph, residual.model
-    still = {
-        *residual.state_v,
-        *model.v,
-        *residual.multipliers,
-        *(one.multiplier for one in residual.contacts),
-    }
+    contacts = (one.multiplier for one in residual.contacts)
+    still = {*residual.state_v, *model.v, *residual.multipliers, *contacts}
+    rows, gone = residual.residual[: len(model.q)], union(still)
+    if any(_is_singular(node, gone, zero=True) for node in reachable(rows)):
+        return ()
 
     def change(node: Node, arguments: list[Node]) -> Node | None:
         if node in still:
             return graph.zero
         return graph.diff(arguments[0], model.time) if node.kind is Kind.DDT else None
 
-    return rewritten(graph, residual.residual[: len(model.q)], change)
+    return rewritten(graph, rows, change)
 
 
 def rounding_at_rest(residual: Residual) -> tuple[Node, ...]:
@@ -54,14 +53,18 @@ def _may_cancel(node: Node, moving: int, places: int) -> bool:
     return bool(constant) or (fixed and len(node.arguments) > 1)
 
 
-def _is_singular(node: Node, moving: int) -> bool:
+def _is_singular(node: Node, moving: int, *, zero: bool = False) -> bool:
     """Whether it is a power, not whole or of a sum in a denominator, of anything that is not positive for
-    certain; or a function that has no value somewhere."""
+    certain; or a function that has no value somewhere. Also a power of a symbol, if that is ``zero``."""
     if not node.symbols & moving:
         return False
     if node.kind is Kind.PRODUCT:
         powers = zip(node.arguments, node.data)
-        steep = [a for a, exponent in powers if exponent != int(exponent) or (exponent < 0 and a.arguments)]
+        steep = [
+            a
+            for a, exponent in powers
+            if exponent != int(exponent) or (exponent < 0 and (a.arguments or zero))
+        ]
         return any(one.symbols & moving and not _is_positive(one, moving) for one in steep)
     return node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data not in EVERYWHERE)
 

@@ -73,16 +73,15 @@ class Motion:
             found = singular_constraints(self.spec, self.values.parameters, self.settings.start, end)
             if found is not None:
                 return found
+        if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.CRAWLING, Ending.STUCK):
+            from lagrange_cli.run.causes import explained
+
+            found = explained(self.spec, self.values.parameters, self.settings.start, end)
+            if found is not None:  # L may have no value there, and no masses
+                return found
         from lagrange_cli.run.singular import singular_masses
 
-        found = singular_masses(self.spec, self.values.parameters, self.settings.start, end)
-        if found is not None:
-            return found
-        if end.ending not in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.CRAWLING, Ending.STUCK):
-            return None
-        from lagrange_cli.run.causes import explained
-
-        return explained(self.spec, self.values.parameters, self.settings.start, end)
+        return singular_masses(self.spec, self.values.parameters, self.settings.start, end)
 
 
 @dataclass(frozen=True)
