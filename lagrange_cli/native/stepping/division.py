@@ -39,6 +39,8 @@ CROSSED, UNRELATED = 8.0, 2.0**-8
 """Where so many places of one step were crossed in the shortest parts, and the next part is not accepted
 either though it is shorter than this part of what the series ask for, integrands are off by rounding
 (``learn_rounding``)."""
+FADED = 2.0**-20
+"""The part of an integral that an integrand would add in the whole step, where it is next to nothing."""
 SHORTER = 0.7
 """A part that is not proven is tried again so many times as long."""
 NEARBY = 2.0**-30
@@ -181,8 +183,8 @@ class Division:
         evaluate it further away."""
         f, parts = self.f, self.parts
         own, ended = parts.own, parts.array(ENDED)
-        conditions = part.short, part.steep, blind, noisy, unproven
-        short, steep, last, lax, unknown = (f.splat(one, own.lanes) for one in conditions)
+        conditions = part.short, part.steep, blind, noisy, unproven, part.last
+        short, steep, last, lax, unknown, ends = (f.splat(one, own.lanes) for one in conditions)
         h, none = own.wide(f, part.h[0]), f.splat(Real(f, NAN, 1), own.lanes)
         unseen = f.variable(f.never(own.lanes))
         with own.velocities(f) as row:
@@ -193,10 +195,13 @@ class Division:
             wrong = lax & ~short & apart.compared("ugt", allowed * NOISY)
             strange = short & ~row.at(parts.array(KNOWN)).equals(1.0)
             even = apart <= allowed * BENT  # as beside a root, however small the integral is by chance
-            steeply = (~finite & last) | (finite & steep & ~little & ~even)
-            lost = row.moving(wrong | (strange & (unknown | steeply)))
+            # where a contact ends, rounding may have let u be below 0 in u^1.5, which was next to nothing
+            before = f.magnitude(row.at(parts.array(RATES))) * own.wide(f, part.end[0])
+            beyond = ~finite & ~(ends & (before <= f.magnitude(old) * FADED))
+            steeply = (beyond & last) | (finite & steep & ~little & ~even)
+            lost = row.moving(wrong | (strange & ((unknown & (finite | beyond)) | steeply)))
             row.put(f.select(lost, none, row.at(ended)), ended)
-            unseen.set(unseen.get() | row.moving(strange & ~finite & ~last & old.equals(old)))
+            unseen.set(unseen.get() | row.moving(strange & beyond & ~last & old.equals(old)))
         return own.of_motions(f, unseen.get())
 
 
