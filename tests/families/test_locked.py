@@ -8,7 +8,7 @@ import pytest
 
 from lagrange_cli.families import system as systems
 from tests.families.test_events import keep_families
-from tests.families.test_switches import BY_RATES, LEDGERS, compare, followed, ready
+from tests.families.test_switches import BY_RATES, LEDGERS, compare, followed, ledgers_close, ready
 
 HEAD = """
 sizes: {{N: {count}}}
@@ -126,13 +126,7 @@ def test_joints_in_steps_on_rates(case: str, method: str, monkeypatch: pytest.Mo
 def test_ledgers_have_the_forces_that_hold_joints(
     case: str, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keep_families(monkeypatch, whole=True)
-    text = written(case, 9)
-    found = followed(ready(text, LEDGERS | {"p"}, method=method), text, 0.9)
-    for path, values in found.data.items():
-        if "ledger/" in path:
-            size = np.max(np.abs(found[path.replace("ledger/", "")]), initial=1.0)
-            assert np.max(np.abs(values)) <= 2.0**-42 * size, path
+    ledgers_close(written(case, 9), monkeypatch, method)
 
 
 @pytest.mark.exhaustive(keep=0.35)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,16 +11,20 @@ from lagrange_cli.families.system import reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.pivoting import dip
-from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
-from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_long_values
 from tests.families.test_events import keep_families
 from tests.families.test_friction import MOVING, blocks
-from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, counted_series, followed, ready
+from tests.families.test_switches import (
+    BY_RATES,
+    LEDGERS,
+    OUTPUTS,
+    compare,
+    counted_series,
+    followed,
+    long_motions,
+    ready,
+)
 from tests.support.draws import examples
-from tests.support.motion import run
 
 CASES = {
     "neighbours": "sum(F*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N))",
@@ -212,15 +214,7 @@ def test_what_is_said_of_members_does_not_grow_with_them(monkeypatch: pytest.Mon
 
 
 def test_friction_between_members_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
-    text, found = lossy(CASES["neighbours"], 3), []
-    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, OUTPUTS, precision=DOUBLE_DOUBLE)
-    spec = read_spec(text, "system.yaml")
-    for whole in (True, False):
-        keep_families(monkeypatch, whole=whole)
-        assert (family_run(spec, asked) is not None) == whole
-        prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
-        found.append(run(prepared, resolve_long_values(spec, {}), 0.0, 3.0, 4).data)
-    one, other = found
+    one, other = long_motions(lossy(CASES["neighbours"], 3), monkeypatch, 3.0, OUTPUTS)
     for path in ("q/x", "v/x"):
         change = one[path] - other[path] + one[f"low/{path}"] - other[f"low/{path}"]
         assert np.max(np.abs(change)) <= 2.0**-90, path

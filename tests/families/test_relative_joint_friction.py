@@ -3,24 +3,22 @@ forms and conservation."""
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import family_run
-from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
-from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_long_values
 from tests.families.test_events import keep_families
 from tests.families.test_locked import ALONE, CART, CHAIN, HEAD, MOVING, POWER, SPACE, TOPS, TREE
-from tests.families.test_switches import BY_RATES, LEDGERS, compare, followed, ready
-from tests.support.families import alike
-from tests.support.motion import run
+from tests.families.test_switches import (
+    BY_RATES,
+    LEDGERS,
+    compare,
+    compare_long,
+    followed,
+    ledgers_close,
+    ready,
+)
 
 HINGES = "sum(F*abs(a_dot[i] - a_dot[i - 1]) for i in range(1, N))"
 RODS = TREE.replace("bob", "mid").replace(
@@ -99,13 +97,7 @@ def test_hinges_in_steps_on_rates(case: str, method: str, monkeypatch: pytest.Mo
 def test_ledgers_have_the_forces_that_hold_links(
     case: str, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keep_families(monkeypatch, whole=True)
-    text = written(case, 9)
-    found = followed(ready(text, LEDGERS | {"p"}, method=method), text, 0.9)
-    for path, values in found.data.items():
-        if "ledger/" in path:
-            size = np.max(np.abs(found[path.replace("ledger/", "")]), initial=1.0)
-            assert np.max(np.abs(values)) <= 2.0**-42 * size, path
+    ledgers_close(written(case, 9), monkeypatch, method)
 
 
 @pytest.mark.exhaustive(keep=0.35)
@@ -117,16 +109,7 @@ def test_hinges_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("case", ["a chain", "a tree", "detents"])
 def test_hinges_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, LEDGERS, precision=DOUBLE_DOUBLE)
-    spec, found = read_spec(written(case, 3), "system.yaml"), []
-    for whole in (True, False):
-        keep_families(monkeypatch, whole=whole)
-        assert (family_run(spec, asked) is not None) == whole
-        prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
-        found.append(run(prepared, resolve_long_values(spec, {}), 0.0, 0.6, 4).data)
-    one, other = found
-    assert one.keys() == other.keys()
-    alike(one, other, 2.0**-88)
+    compare_long(written(case, 3), monkeypatch, stop=0.6, most=2.0**-88)
 
 
 @pytest.mark.parametrize("limit", [1.0 - 1e-9, 1.0 + 1e-9])

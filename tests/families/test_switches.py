@@ -25,7 +25,7 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.families.test_events import PENDULUM, keep_families
 from tests.support.draws import examples
-from tests.support.families import alike
+from tests.support.families import Samples, alike
 from tests.support.motion import Motion, run
 
 OUTPUTS = frozenset(["q", "v", "h"])
@@ -236,6 +236,37 @@ def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Motion:
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7)
 
 
+def long_motions(
+    text: str, monkeypatch: pytest.MonkeyPatch, stop: float, outputs: frozenset[str] = LEDGERS
+) -> list[Samples]:
+    """In double-double: what families compute, and what their members do."""
+    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, outputs, precision=DOUBLE_DOUBLE)
+    spec, found = read_spec(text, "system.yaml"), []
+    for whole in (True, False):
+        keep_families(monkeypatch, whole=whole)
+        assert (family_run(spec, asked) is not None) == whole
+        prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
+        found.append(run(prepared, resolve_long_values(spec, {}), 0.0, stop, 4).data)
+    return found
+
+
+def compare_long(text: str, monkeypatch: pytest.MonkeyPatch, stop: float, most: float) -> None:
+    """These are alike."""
+    one, other = long_motions(text, monkeypatch, stop)
+    assert one.keys() == other.keys()
+    alike(one, other, most)
+
+
+def ledgers_close(text: str, monkeypatch: pytest.MonkeyPatch, method: str) -> None:
+    """What is unaccounted for in families is rounding."""
+    keep_families(monkeypatch, whole=True)
+    found = followed(ready(text, LEDGERS | {"p"}, method=method), text, 0.9)
+    for path, values in found.data.items():
+        if "ledger/" in path:
+            size = np.max(np.abs(found[path.replace("ledger/", "")]), initial=1.0)
+            assert np.max(np.abs(values)) <= 2.0**-42 * size, path
+
+
 def compare(
     text: str,
     monkeypatch: pytest.MonkeyPatch,
@@ -303,16 +334,7 @@ def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyP
     "case", ["drag", "powers without a series", "walls", "events", "two indices", "rods", "backlash"]
 )
 def test_switches_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, LEDGERS, precision=DOUBLE_DOUBLE)
-    spec, found = read_spec(written(case, 3), "system.yaml"), []
-    for whole in (True, False):
-        keep_families(monkeypatch, whole=whole)
-        assert (family_run(spec, asked) is not None) == whole
-        prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
-        found.append(run(prepared, resolve_long_values(spec, {}), 0.0, 1.5, 4).data)
-    one, other = found
-    assert one.keys() == other.keys()
-    alike(one, other, 2.0**-92)
+    compare_long(written(case, 3), monkeypatch, stop=1.5, most=2.0**-92)
 
 
 @pytest.mark.exhaustive(keep=0.75)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.methods.settling import Settling
-from lagrange_cli.integrate.methods.workspace import Workspace, accelerated, outer_rows
+from lagrange_cli.integrate.methods.workspace import accelerated, outer_rows
+from lagrange_cli.integrate.single_state import space_at
 from tests.support.motion import prepared, values_of
 
 
@@ -26,11 +26,7 @@ def coefficients(
     parameters = np.array([values.parameters[name] for name in program.parameters])
     state = np.zeros(program.rows)
     state[program.state.motion] = [*(values.q if q is None else q), *(values.v if v is None else v)]
-    space = Workspace(machine, state, t, 0)
-    if program.guards:
-        Settling(machine, space.constants, space.memory, space.work).begin(parameters)
-    else:
-        machine.prepare(parameters.ctypes.data, space.constants.ctypes.data)
+    space = space_at(machine, parameters, t, state)
     _, regular = accelerated(machine, space.constants, space.memory, space.work)
     assert regular
     width, order = space.layout.width, program.order
