@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 
+MOST = 2.0**12
+"""What cancels in a root or in a denominator by more than this is not known to be near 0 by rounding alone:
+errors of roots and poles count as if no more had cancelled."""
 
-def size_of(graph: Graph, node: Node, exact: int = 0) -> Node:
+
+def size_of(
+    graph: Graph, node: Node, exact: int = 0, known: Mapping[Node, Node] | None = None, *, steep: bool = True
+) -> Node:
     """A bound on the rounding error, in units of the last place, up to a factor: of a sum that of its terms,
     and what is carried through factors and functions by their slopes (N. J. Higham, Accuracy and Stability of
     Numerical Algorithms, 2nd ed., sec. 3.1). Exponents of ``exact`` symbols alone, such as indices, have no
-    error; the power may have no slope by them, as that of a negative number."""
-    made: dict[Node, Node] = {}
-    for one in reachable([node]):
+    error; the power may have no slope by them, as that of a negative number. The sizes of some nodes may be
+    ``known``. Roots and poles are ``steep``, or have errors of so many units at most (``MOST``)."""
+    made: dict[Node, Node] = dict(known or {})
+    for one in reachable([node], lambda node: node not in made):
         inner = [made[argument] for argument in one.arguments]
         if one.kind is Kind.SUM:
             constant, coefficients = one.data
             terms = [(size, abs(c)) for size, c in zip(inner, coefficients)]
             made[one] = graph.sum([*terms, (graph.constant(abs(constant)), 1.0)])
         elif one.kind is Kind.PRODUCT:
-            rests = [graph.product([(one, 1), (argument, -1)]) for argument in one.arguments]
-            factors = zip(rests, inner, one.data)
-            made[one] = graph.sum(
-                [(graph.product([(graph.absolute(rest), 1), (size, 1)]), abs(e)) for rest, size, e in factors]
-            )
+            made[one] = _of_product(graph, one, inner, steep=steep)
         elif one.kind is Kind.SWITCH:
             made[one] = graph.switch(one.arguments[0], inner[1], inner[2], one.data)
         elif one.kind in (Kind.FUNCTION, Kind.POWER):
@@ -35,3 +40,16 @@ def size_of(graph: Graph, node: Node, exact: int = 0) -> Node:
         else:
             made[one] = graph.absolute(one)
     return made[node]
+
+
+def _of_product(graph: Graph, node: Node, sizes: list[Node], *, steep: bool) -> Node:
+    terms: list[tuple[Node, float]] = []
+    for argument, size, exponent in zip(node.arguments, sizes, node.data):
+        if steep or (exponent > 0 and exponent == int(exponent)):
+            rest = graph.product([(node, 1), (argument, -1)])
+            one = graph.product([(graph.absolute(rest), 1), (size, 1)])
+        else:
+            least = graph.sum([(graph.absolute(argument), 1.0), (size, 1.0 / MOST)])
+            one = graph.product([(graph.absolute(node), 1), (size, 1), (least, -1)])
+        terms.append((one, abs(exponent)))
+    return graph.sum(terms)

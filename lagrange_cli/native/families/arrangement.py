@@ -13,6 +13,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
+from lagrange_cli.families.static_forces import rounding_at_rest
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
@@ -198,6 +199,10 @@ class Arrangement:
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
         """M and 1/M, where M is diagonal."""
+        self.rounded = rounding_at_rest(system) if stepping and self.diagonal else None
+        """The rounding errors of forces that may cancel at rest."""
+        if self.rounded is not None:
+            self.rounded = self.lasting.arranged(self.rounded, kept=False)
         self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size, self.board, self.lines, self.strips = 0, 0, 0, 0

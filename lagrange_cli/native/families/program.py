@@ -38,7 +38,8 @@ from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.double_double import operations
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
@@ -215,7 +216,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
-            alone=bool(self.own_actions.loops), coupled=self.together,
+            alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
         )  # fmt: skip
 
     @cached_property
@@ -253,6 +254,14 @@ class FamilyProgram(Returning, Observation, MotionJets):
         first = self.size
         self.size += proof_room(self)
         return partial(FamilyProof, self, first)
+
+    def static(self) -> str:
+        """``@allow_static``, if forces may cancel at rest; its arrays are the next ones."""
+        if self.rounded is None:
+            return ""
+        from lagrange_cli.native.families.static_forces import allow_static
+
+        return allow_static(self, self.rounded, (Emitter if self.kind.parts == 1 else DoubleDouble).unit)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""

@@ -101,10 +101,11 @@ def plan(at: Progress, now: Now) -> Planned:
     h, passed = steps.vet(f, now, by_series, left, gap.equals(0.0)), f.magnitude(t)
     if steps.given.static and not steps.constrained:
         resolved = passed * (2.0 * steps.bounds.ulp)
-        creeps = (h < resolved) & f.call(
-            Bit, "creeps", f.pointer("%work"), *steps.scaled(f, now.unit, resolved)
-        )
-        h = f.select(creeps, resolved, h)
+        length = f.variable(h)
+        with f.when(h < resolved):
+            given = f.pointer("%work"), *steps.scaled(f, now.unit, resolved)
+            length.set(f.select(f.call(Bit, "creeps", *given), resolved, h))
+        h = length.get()
     reach = f.smaller(h, left)
     too_short = (h <= passed * steps.bounds.shortest + SMALLEST) & (h < left)
     with f.when(too_short | (at.tries.get() >= TRIES)):
