@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.families.arrays import Chain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Chain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.static_forces import is_singular, is_steep, may_cancel
@@ -23,10 +23,34 @@ def rounding_at_rest(system: FamilySystem) -> Total | None:
     bound (see ``mechanics.static_forces``)."""
     rest = Resting(system)
     try:
-        found = rest.size(system.forces)
+        rest.at_rest(system.forces)
+        return rest.size(system.forces) if rest.cancels else None
     except Unbounded:
         return None
-    return found if rest.cancels else None
+
+
+def rounding_of_joints(system: FamilySystem, signs: Array) -> FamilySystem | None:
+    """The same of a system of joints: one on which nothing acts but these errors, those on coordinates and
+    those on nodes, times their ``signs``; accelerations are those by rounding errors there."""
+    rest, graph, slots = Resting(system), system.slots.graph, system.slots
+    try:
+        forces, *loads = (rest.at_rest(one) for one in (system.forces, *system.loads))
+        if not rest.cancels and not (forces.terms and any(one.terms for one in loads)):
+            return None
+        sizes = [rest.size(one) for one in (system.forces, *system.loads)]
+    except Unbounded:
+        return None
+
+    def signed(total: Total) -> Total:
+        terms = [
+            replace(one, node=one.node * slots.symbol(one.domain, signs, one.targets)) for one in total.terms
+        ]
+        return total_of(total.count, terms, graph)
+
+    forces, *loads = map(signed, sizes)
+    return replace(
+        system, forces=forces, loads=tuple(loads), modes=None, smooth=None, contact=None, events=None
+    )
 
 
 class Resting:

@@ -13,7 +13,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
-from lagrange_cli.families.static_forces import rounding_at_rest
+from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
@@ -203,6 +203,13 @@ class Arrangement:
         """The rounding errors of forces that may cancel at rest."""
         if self.rounded is not None:
             self.rounded = self.lasting.arranged(self.rounded, kept=False)
+        self.shaken: Balance | None = None
+        """The same of joints, which move by them, with these ``signs``."""
+        self.signs = Array(Source.TOTAL, self.degrees)
+        if self.balance is not None and stepping and kind.parts == 1 and system.bonds is None:
+            self.signs = Array(Source.TOTAL, max(self.degrees, self.balance.count))
+            shaken = rounding_of_joints(system, self.signs)
+            self.shaken = Balance(shaken, self.lasting.arranged) if shaken else None
         self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size, self.board, self.lines, self.strips = 0, 0, 0, 0
@@ -212,6 +219,8 @@ class Arrangement:
             self.place(self.modes.signs, self.modes.signs.count)
         if self.contact is not None:
             self.place(self.contact.signs, self.contact.count)
+        if self.shaken is not None:
+            self.place(self.signs, self.signs.count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
 

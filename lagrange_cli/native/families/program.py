@@ -257,11 +257,14 @@ class FamilyProgram(Returning, Observation, MotionJets):
 
     def static(self) -> str:
         """``@allow_static``, if forces may cancel at rest; its arrays are the next ones."""
-        if self.rounded is None:
+        if self.rounded is None and self.shaken is None:
             return ""
-        from lagrange_cli.native.families.static_forces import allow_static
+        from lagrange_cli.native.families.static_forces import of_joints, where_diagonal
 
-        return allow_static(self, self.rounded, (Emitter if self.kind.parts == 1 else DoubleDouble).unit)
+        if self.shaken is not None:
+            return of_joints(self, self.shaken, self.setting(RATES))
+        assert self.rounded is not None
+        return where_diagonal(self, self.rounded, (Emitter if self.kind.parts == 1 else DoubleDouble).unit)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""
