@@ -8,8 +8,8 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 
 MOST = 2.0**12
-"""What cancels in a root or in a denominator by more than this is not known to be near 0 by rounding alone:
-errors of roots and poles count as if no more had cancelled."""
+"""What is known to so many units only, in a root or a denominator, may be a pole or a kink nearby: errors
+count the less there."""
 
 
 def size_of(
@@ -43,13 +43,20 @@ def size_of(
 
 
 def _of_product(graph: Graph, node: Node, sizes: list[Node], *, steep: bool) -> Node:
+    factors = [*zip(node.arguments, sizes, node.data)]
+    risky = [one for one in factors if not steep and (one[2] < 0 or one[2] != int(one[2]))]
+    known = [  # |s| / (|s| + size / MOST), about 1 where s is known
+        (graph.absolute(s), graph.sum([(graph.absolute(s), 1.0), (size, 1.0 / MOST)])) for s, size, _ in risky
+    ]
+    share = [pair for above, below in known for pair in ((above, 1), (below, -1))]
     terms: list[tuple[Node, float]] = []
-    for argument, size, exponent in zip(node.arguments, sizes, node.data):
-        if steep or (exponent > 0 and exponent == int(exponent)):
-            rest = graph.product([(node, 1), (argument, -1)])
-            one = graph.product([(graph.absolute(rest), 1), (size, 1)])
+    for one in factors:
+        argument, size, exponent = one
+        if one in risky:
+            below = known[risky.index(one)][1]
+            made = graph.product([(graph.absolute(node), 1), (size, 1), (below, -1)])
         else:
-            least = graph.sum([(graph.absolute(argument), 1.0), (size, 1.0 / MOST)])
-            one = graph.product([(graph.absolute(node), 1), (size, 1), (least, -1)])
-        terms.append((one, abs(exponent)))
+            rest = graph.product([(node, 1), (argument, -1)])
+            made = graph.product([(graph.absolute(rest), 1), (size, 1), *share])
+        terms.append((made, abs(exponent)))
     return graph.sum(terms)
