@@ -73,7 +73,9 @@ def is_steep(node: Node, moving: int) -> bool:
     """Whether it is a power with any exponent, or a function that has no value somewhere."""
     if not node.symbols & moving:
         return False
-    return node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data not in EVERYWHERE)
+    if node.kind is not Kind.FUNCTION or node.data in EVERYWHERE:
+        return node.kind is Kind.POWER
+    return node.data != "log" or not _is_positive(node.arguments[0], moving)
 
 
 def _is_positive(node: Node, moving: int) -> bool:

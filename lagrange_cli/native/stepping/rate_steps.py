@@ -21,7 +21,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import side_by_side
 from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
 from lagrange_cli.native.stepping.rate_noise import RateNoise
-from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, Places
+from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, TRIED, Places
 from lagrange_cli.native.stepping.stalling import Stalling
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.watching import Watching, watched_rows
@@ -76,7 +76,8 @@ class RateSteps(RatesAtNodes):
             lengths = replace(lengths, floor=0)
         super().__init__(given, lengths, places)
         self.noise = None
-        self.rounding = RateNoise(self, places.begin, places.spare, places.modes, places.state)
+        at = places.begin, places.spare, places.modes, places.state, places.chosen + TRIED
+        self.rounding = RateNoise(self, *at)
         self.stalling = Stalling(layout.carried_at, given.tolerance)
         self.watching = None
         if self.guards:
