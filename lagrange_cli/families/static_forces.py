@@ -17,14 +17,21 @@ class Unbounded(Exception):
     """Rounding errors have no bound that is known."""
 
 
-def rounding_at_rest(system: FamilySystem) -> Total | None:
+def rounding_at_rest(system: FamilySystem, *, pulled: bool = False) -> Total | None:
     """The rounding errors of the forces at rest, in units of the last place, one for each coordinate; None
     where they are 0 only if coordinates are, or are known to that part of these, or where errors have no
-    bound (see ``mechanics.static_forces``)."""
+    bound (see ``mechanics.static_forces``). If coordinates are ``pulled`` by constraints, errors are also
+    those of the forces of constraint, from the multipliers."""
     rest = Resting(system)
     try:
         rest.at_rest(system.forces)
-        return rest.size(system.forces) if rest.cancels else None
+        if not rest.cancels:
+            return None
+        found = rest.size(system.forces)
+        if not pulled or system.bonds is None:
+            return found
+        terms = [replace(one, node=rest.pull(one)) for one in system.bonds.pulls_on_coordinates(system.slots)]
+        return total_of(found.count, [*found.terms, *terms], system.slots.graph)
     except Unbounded:
         return None
 
@@ -83,6 +90,16 @@ class Resting:
             if apart and len(nodes) > 1 and any(one.symbols & self._moving for one in nodes):
                 self.cancels = True
         return self._made[total]
+
+    def pull(self, term: Term) -> Node:
+        """The size of a force of constraint, by a multiplier, which is known as it is."""
+        bonds = self.system.bonds
+        assert bonds is not None
+        (multiplier,) = [one for one, slot in self.slots.inside(term.node) if slot.array is bonds.multipliers]
+        slope = self.graph.diff(term.node, multiplier)
+        return self._size_of(replace(term, node=self._still(replace(term, node=slope)))) * (
+            self.graph.absolute(multiplier)
+        )
 
     def _like(self, total: Total, terms: Sequence[Term]) -> Total:
         chain = (total.tree, total.back) if isinstance(total, Chain) else (None, False)

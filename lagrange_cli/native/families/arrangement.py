@@ -199,10 +199,14 @@ class Arrangement:
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
         """M and 1/M, where M is diagonal."""
-        self.rounded = rounding_at_rest(system) if stepping and self.diagonal else None
-        """The rounding errors of forces that may cancel at rest."""
-        if self.rounded is not None:
-            self.rounded = self.lasting.arranged(self.rounded, kept=False)
+        self.rounded = self.held = None
+        """The rounding errors of forces that may cancel at rest, and what gives the multipliers in them."""
+        if stepping and self.diagonal:
+            pulled = type(self.motion) is AlongMotion and kind.parts == 1 and bool(scheme)
+            self.rounded = rounding_at_rest(system, pulled=pulled)
+            if self.rounded is not None:
+                self.rounded = self.lasting.arranged(self.rounded, kept=False)
+                self.held = AtAState(system, self.lasting) if pulled else None
         self.shaken: Balance | None = None
         """The same of joints, which move by them, with these ``signs``."""
         self.signs = Array(Source.TOTAL, self.degrees)

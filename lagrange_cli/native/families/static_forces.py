@@ -8,6 +8,7 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.constrained import solved_at_a_state
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.series_places import JetSetting
@@ -35,12 +36,20 @@ def where_diagonal(arrangement: Arrangement, sizes: Total, unit: float) -> str:
         system.q: f.pointer("%state"),
         system.v: f.place("%state", degrees, "double"),
     }
-    totals = needed([sizes], arrangement.slots, arrangement.lasting.fixed)
-    for total in totals:
+    held, fixed = arrangement.held, arrangement.lasting.fixed
+    first = needed([] if held is None else [held.square, held.right], arrangement.slots, fixed)
+    totals = [one for one in needed([sizes], arrangement.slots, fixed) if one not in first]
+    for total in (*first, *totals):
         arrays[total] = vectors.place(base, arrangement.size)
         arrangement.size += room(total.count)
     time = f.load("%state", arrangement.layout.at(Clock.TIME))
     evaluation = arrangement.evaluation(vectors, arrays, time)
+    if held is not None:
+        evaluation.write(first)
+        scratch, multipliers = vectors.place(base, arrangement.size), held.bonds.multipliers
+        arrangement.size += room(arrangement.tabled.size)
+        solved_at_a_state(evaluation, held, arrangement.tabled, scratch, multipliers)
+        totals = [one for one in totals if one is not multipliers]
     evaluation.write(totals)
     errors, inverses = (evaluation.where(one) for one in (sizes, arrangement.lasting.inverses))
 

@@ -145,23 +145,29 @@ class RateNoise:
             error = row.only(row.among(degrees, degrees), row.at("%state", place))
             largest.set(f.larger(error, largest.get()))
         most = lengths.wide(f, f.reduce("fmax", largest.get()))
-        with f.loop(0, min(degrees, MOST_LINKS), tested=False) as link:
+        links = f.variable(f.count(0))
+        with f.forever() as passing:
+            grown = f.variable(f.never(lanes))
             for size in (0.5, 1.0):
                 with f.loop(0, width, lanes, tested=False) as i:
                     row = Row(lengths, f, i)
                     speed = row.at("%state", place) * h
                     moved = f.select(row.among(0, degrees), row.at("%state", place + degrees) * h * h, speed)
-                    change = row.only(row.among(0, 2 * degrees), moved * scattered(row, link) * size)
+                    change = row.only(row.among(0, 2 * degrees), moved * scattered(row, links.get()) * size)
                     steps.put_state(f, i, change, row.at("%state", width))
                 rates, _ = steps.node(f, steps.now(f))
                 with lengths.velocities(f) as row:
                     change = row.at(rates, -degrees) - row.at("%work", self.begin - degrees)
                     if size < 1.0:
                         row.put(change, half)
-                    else:
-                        bound = f.select(row.among(degrees, degrees), most, endless)
-                        keep_larger(row, place, row.at(half), change, partial(self._counts, row), bound)
-        steps.spend(f, f.constant(2.0 * min(degrees, MOST_LINKS)))
+                        continue
+                    before = row.at("%state", place)
+                    bound = f.select(row.among(degrees, degrees), most, endless)
+                    keep_larger(row, place, row.at(half), change, partial(self._counts, row), bound)
+                    grown.set(grown.get() | (row.at("%state", place) > before * 2.0))
+            steps.spend(f, f.constant(2.0))
+            links.set(links.get() + 1)
+            passing.repeat(f.any(grown.get()) & (links.get() < min(degrees, MOST_LINKS)))
 
     def _where_none(self, f: Function, first: int, count: int) -> None:
         """Let the errors of so many velocities, where none was found, be the mean of the others: by chance no
