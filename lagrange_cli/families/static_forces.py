@@ -38,7 +38,8 @@ def rounding_at_rest(system: FamilySystem, *, pulled: bool = False) -> Total | N
 
 def rounding_of_joints(system: FamilySystem, signs: Array) -> FamilySystem | None:
     """The same of a system of joints: one on which nothing acts but these errors, those on coordinates and
-    those on nodes, times their ``signs``; accelerations are those by rounding errors there."""
+    those on nodes, times their ``signs``; accelerations are those by rounding errors there. Constraints, that
+    would reduce them, are left out."""
     rest, graph, slots = Resting(system), system.slots.graph, system.slots
     try:
         forces, *loads = (rest.at_rest(one) for one in (system.forces, *system.loads))
@@ -55,9 +56,8 @@ def rounding_of_joints(system: FamilySystem, signs: Array) -> FamilySystem | Non
         return total_of(total.count, terms, graph)
 
     forces, *loads = map(signed, sizes)
-    return replace(
-        system, forces=forces, loads=tuple(loads), modes=None, smooth=None, contact=None, events=None
-    )
+    alone = replace(system, bonds=None, modes=None, smooth=None, contact=None, events=None)
+    return replace(alone, forces=forces, loads=tuple(loads))
 
 
 class Resting:
