@@ -64,7 +64,7 @@ class Sweep(Stored):
         return self["status"]
 
     def __repr__(self) -> str:
-        shape = " x ".join(f"{n} {python_words(name)}" for name, n in self._ensemble.members.shape.items())
+        shape = python_words(self._ensemble.members.in_words)
         return f"<sweep of {self.name}: {count_of(self.members, 'member')} ({shape}), {self.message}>"
 
 
