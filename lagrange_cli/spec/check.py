@@ -54,7 +54,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
-        name=draft.text("name") or name_of(problems.source.filename),
+        name=" ".join(draft.text("name").split()) or name_of(problems.source.filename),
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
