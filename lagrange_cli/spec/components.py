@@ -42,7 +42,7 @@ def with_components(
             found[name] = group
             continue
         note_multipliers(name, names, problems)
-        zeros = zeros or Zeros(draft, lambda tree: spread(tree, names))
+        zeros = zeros or Zeros(draft, names, lambda tree: spread(tree, names))
         kept = [k for k in range(counts[0]) if not all(zeros.is_zero(one[k]) for one in parts)]  # type: ignore[index]
         for k in kept or range(counts[0]):
             own = name if counts[0] == 1 else f"{name}.{COMPONENTS[k]}"

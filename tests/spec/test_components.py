@@ -10,12 +10,15 @@ import pytest
 
 import lagrange_cli as lagrange
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.parse import parse
 from lagrange_cli.model.orientation import turning
+from lagrange_cli.spec.entering import enter_names
+from lagrange_cli.spec.families import expand
 from lagrange_cli.spec.nodes import compose
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import read_draft, read_spec
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.zeros import Zeros
+from lagrange_cli.spec.zeros import CONSTANT, VARYING, ZERO, Zeros
 from tests.support.files import problems, underlined
 
 LINKS = """\
@@ -177,7 +180,7 @@ RIGHT = {"0": 0.0, "0.0": 0.0, "pi/2": np.pi / 2, "-pi": -np.pi, "3*pi/2": 3 * n
 
 
 def orientations():
-    angles = ["a", "0", "pi/2", "-pi", "3*pi/2", "0.0"]
+    angles = ["a", "0", "pi/2", "-pi", "3*pi/2", "0.0", "l"]
     for sequence in ("zxz", "xyz", "zyx", "yxy"):
         for given in itertools.product(angles, repeat=3):
             yield f"{{euler: [{', '.join(given)}], sequence: {sequence}}}", "euler", sequence, given
@@ -186,18 +189,73 @@ def orientations():
             yield f"{{quaternion: [{', '.join(given)}]}}", "quaternion", "", given
 
 
-def test_entries_of_an_orientation_are_0_just_where_its_pattern_says_so():
+def zeros_of(text):
+    """What is known of the names of a file, and its orientation."""
+    noted = Problems(Source("pattern.yaml", text))
+    draft = expand(read_draft(compose(noted.source, noted), noted), {}, noted)
+    known = enter_names(draft, {}, noted)
+    assert not noted.found
+    return Zeros(draft, known, lambda tree: getattr(tree, "items", tree)), draft.bodies[0].orientation
+
+
+def test_what_is_known_of_the_entries_of_an_orientation():
+    """Those that are 0, and those that do not change: at three states, a parameter l being any number."""
     rng = random.Random(5)
-    for text, form, sequence, given in rng.sample([*orientations()], 200):
+    for text, form, sequence, given in rng.sample([*orientations()], 300):
         body = f"bodies: {{A: {{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0], orientation: {text}}}}}\n"
-        source = Source("pattern.yaml", f"coordinates: {{a: {{initial: 1}}}}\n{body}")
-        noted = Problems(source)
-        draft = read_draft(compose(source, noted), noted)
-        written = draft.bodies[0].orientation
-        pattern = Zeros(draft, lambda tree: tree).pattern(written)
-        largest = np.zeros((3, 3))
+        zeros, written = zeros_of(f"parameters: {{l: 1}}\ncoordinates: {{a: {{initial: 1}}}}\n{body}")
+        pattern = np.array(zeros.pattern(written))
+        fixed = [rng.uniform(0.1, 1.4) if one == "l" else RIGHT.get(one) for one in given]
+        found = []
         for _ in range(3):
-            values = [rng.uniform(0.1, 1.4) if one == "a" else RIGHT[one] for one in given]
-            found = turning(NumberAlgebra(), form, sequence, values, lambda x: x)
-            largest = np.maximum(largest, abs(np.array(found.axes).T))
-        assert np.array_equal(np.array(pattern), largest > 1e-12), text
+            values = np.array([rng.uniform(0.1, 1.4) if one is None else one for one in fixed])
+            values /= np.linalg.norm(values) if form == "quaternion" else 1.0
+            found.append(turning(NumberAlgebra(), form, sequence, [*values], lambda x: x).axes)
+        assert np.array_equal(pattern > ZERO, np.max(np.abs(found), axis=0).T > 1e-12), text
+        assert np.array_equal(pattern == VARYING, np.ptp(found, axis=0).T > 1e-12), text
+
+
+KNOWN = [
+    ("0*x + 0", ZERO), ("l*2", CONSTANT), ("l*sin(x)", VARYING), ("t", VARYING), ("-(0/x)", ZERO),
+    ("x**2*0", ZERO),
+    ("cos(l) + pi", CONSTANT), ("A.z", CONSTANT), ("A.vz", ZERO), ("A.vx*0.5", VARYING), ("A.R33", CONSTANT),
+    ("A.R13", ZERO), ("A.vR33 + A.vR12*0", ZERO), ("A.vR12", VARYING), ("A.wx", ZERO), ("A.w2", ZERO),
+    ("A.wz", VARYING), ("d", ZERO), ("e + d", VARYING), ("sum(0*i for i in range(3))", ZERO),
+    ("where(x > 0, l, 1)", VARYING),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "level"), KNOWN)
+def test_what_is_known_of_an_expression(text, level):
+    zeros, _ = zeros_of("""\
+parameters: {l: 1}
+coordinates: {x: {initial: 1}, y: {initial: 0}}
+definitions: {d: 0*x, e: x*y}
+bodies: {A: {mass: 1, inertia: [1, 1, 1], position: [x, y, l], orientation: {euler: [0, 0, y]}}}
+""")
+    assert zeros.level(parse(text)) == level
+
+
+ROLLING = """\
+parameters: {m: 1, r: 0.1, Omega: 2, I: 2*m*r**2/5}
+coordinates:
+  {x: {initial: 1}, y: {initial: 0}, a: {initial: 1}, b: {initial: 0}, c: {initial: 0}, d: {initial: 0}}
+bodies:
+  ball: {mass: m, inertia: [I, I, I], position: [x, y, r], orientation: {quaternion: [a, b, c, d]}}
+potential: 0
+definitions: {turning: (x, y, 0)}
+nonholonomic:
+  roll: >-
+    (ball.vx, ball.vy, ball.vz) + cross((ball.wx, ball.wy, ball.wz), (0, 0, -r))
+    - Omega*cross((0, 0, 1), turning)
+solve: {stop: 10, outputs: [q, v, multipliers]}
+"""
+
+
+def test_a_ball_rolls_on_a_turntable_by_a_vector():
+    """It moves in a circle at 2/7 of the rate at which the table turns, whatever the circle is (Earnshaw)."""
+    motion = lagrange.solve(ROLLING, set={"y_dot": 1})
+    rate = 2 * 2 / 7
+    assert {*motion.multipliers} == {"ball.norm", "roll.x", "roll.y"}
+    along, t = motion.v["x"] + 1j * motion.v["y"], motion.t
+    assert along == pytest.approx(1j * np.exp(1j * rate * t), abs=1e-12)
