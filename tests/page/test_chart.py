@@ -1,9 +1,11 @@
 """Graphs on pages, painted with a pen that notes what it writes."""
 
+import json
+
 import pytest
+from py_mini_racer import MiniRacer
 
 from lagrange_cli.page.document import asset
-from tests.page.test_engine import engine_of
 
 PEN = """
 var written = [], window = { devicePixelRatio: 1 };
@@ -29,25 +31,24 @@ function painted(lines) {
 
 
 @pytest.fixture(scope="module")
-def engine():
-    made = engine_of("pendulum")
-    made.v8.eval(
-        asset("format.js").replace("function colour", "function colour_of") + asset("chart.js") + PEN
-    )
-    return made
+def run():
+    v8 = MiniRacer()
+    v8.eval(asset("format.js").replace("function colour", "function colour_of"))
+    v8.eval(asset("chart.js") + PEN)
+    return lambda code: json.loads(v8.eval(f"JSON.stringify({code})"))
 
 
-def test_numbers_at_the_end_of_an_axis_are_not_cut_off(engine):
-    written, _ = engine.run("painted([{ x: [0, 1e-11], y: [0, 1] }])")
+def test_numbers_at_the_end_of_an_axis_are_not_cut_off(run):
+    written, _ = run("painted([{ x: [0, 1e-11], y: [0, 1] }])")
     ends = [x + 3 * len(text) for text, x, align in written if align == "center"]
     assert any(text == "1e-11" for text, *_ in written) and max(ends) <= 200
 
 
 @pytest.mark.parametrize("place", [0, 3.5, -1e-9, 1e200])
-def test_what_rests_is_in_the_middle_of_its_graph(engine, place):
-    _, found = engine.run(f"painted([{{ x: [{place}, {place}], y: [0, 0] }}])")
+def test_what_rests_is_in_the_middle_of_its_graph(run, place):
+    _, found = run(f"painted([{{ x: [{place}, {place}], y: [0, 0] }}])")
     assert (place - found["left"]) * found["perX"] == pytest.approx((200 - 54 - 10) / 2)
 
 
-def test_what_has_no_numbers_has_no_axes(engine):
-    assert engine.run("painted([{ x: [0, 1], y: [NaN, NaN] }])")[1] is None
+def test_what_has_no_numbers_has_no_axes(run):
+    assert run("painted([{ x: [0, 1], y: [NaN, NaN] }])")[1] is None
