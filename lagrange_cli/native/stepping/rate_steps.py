@@ -220,6 +220,10 @@ class RateSteps(RatesAtNodes):
     def noise_at(self) -> int:
         return self.rounding.place
 
+    def arrive(self, f: Function, now: Now, since: Real) -> None:
+        if self.watching:
+            self.watching.shift(f, since)
+
     # a step
 
     def _tried(self) -> Function:
