@@ -1,4 +1,4 @@
-"""What is said of the zeros of events' arguments is so with every method: clear ones, and multiple ones."""
+"""What is said of events is so with every method: of clear zeros, multiple ones, and actions."""
 
 from __future__ import annotations
 
@@ -52,3 +52,23 @@ def test_a_threefold_zero_is_said_to_be_one(method: str, source: random.Random) 
     found = happened(method, 2.0**-52, height=height, g=g, when=when, action="")
     assert found.count == 1
     assert found.blurred == pytest.approx(math.sqrt(2 * (height - c) / g), rel=1e-3)
+
+
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+def test_actions_are_no_narrow_forces(method: str) -> None:
+    """Reflections along a normal that is divided by its square, in a circular room; and narrow forces are."""
+    room = """
+definitions: {towards: 2*(x*x_dot + y*y_dot)/(x**2 + y**2)}
+coordinates: {x: {initial: 0, velocity: 1}, y: {initial: 0.3, velocity: 0.5}}
+events:
+  wall:
+    when: 1 - x**2 - y**2
+    direction: falling
+    action: {set: {x_dot: x_dot - towards*x, y_dot: y_dot - towards*y}}
+"""
+    free, pushed = (
+        follow(f"{room}lagrangian: (x_dot**2 + y_dot**2)/2 - {u}", 9.0, 3, method=method, tolerance=1e-10)
+        for u in ("y", "exp(-10**4*x**2)")
+    )
+    assert free.outcome.happened["wall"].count > 3
+    assert free.outcome.undetected == () and pushed.outcome.undetected == ("narrow",)
