@@ -174,7 +174,7 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
         with f.when(root < 0.0):
             at.leave(Stop.GUARD)
         with f.when(root.equals(0.0)):
-            at.change_mode(step.now)
+            at.change_mode(step.now, at.zero)
             steps.forget(f)
             if at.listed and steps.given.near and steps.guards and steps.guards.rows.affected:
                 steps.given.near.renew(f)

@@ -108,13 +108,13 @@ class Progress:
         most = guards.rows.records(guards.layout)
         return paused | (self.f.load_integer(self.info, RECORDED) + 1 >= most)
 
-    def change_mode(self, now: Now) -> Bit:
+    def change_mode(self, now: Now, since: Real) -> Bit:
         """Go on from here with the other mode of the guard that is due; whether the equations are the same.
-        The caller decides what is not simple."""
+        The caller decides what is not simple. The polynomials of steps began so long ``since``."""
         f, steps, due = self.f, self.steps, self.due
         assert due is not None
         assert steps.guards
-        steps.watch(f, now, self.zero)
+        steps.arrive(f, now, since)
         passed, last = f.magnitude(self.clock(Clock.TIME)), self.clock(Clock.LAST_PASS)
         times = self.clock(Clock.PASSES)
         at_once = self.clock(Clock.TIME) - last <= passed * steps.bounds.no_time
