@@ -197,7 +197,7 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
                 at.count_pass()
             at.leave(Stop.GUARD)
         with f.when(root.equals(0.0)):
-            at.change_mode(step.now)
+            at.change_mode(step.now, at.zero)
             steps.forget(f)
             if at.listed and steps.given.near and steps.guards and steps.guards.rows.affected:
                 steps.given.near.renew(f)

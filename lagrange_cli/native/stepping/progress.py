@@ -118,13 +118,13 @@ class Progress:
         self.remember(Clock.LAST_PASS, self.clock(Clock.TIME))
         return times
 
-    def change_mode(self, now: Now) -> Bit:
+    def change_mode(self, now: Now, since: Real) -> Bit:
         """Go on from here with the other mode of the guard that is due; whether the equations are the same.
-        The caller decides what is not simple."""
+        The caller decides what is not simple. The polynomials of steps began so long ``since``."""
         f, steps, due = self.f, self.steps, self.due
         assert due is not None
         assert steps.guards
-        steps.watch(f, now, self.zero)
+        steps.arrive(f, now, since)
         times = self.count_pass()
         with f.when(times >= steps.guards.rows.changes):
             self.leave(Stop.GUARD)
