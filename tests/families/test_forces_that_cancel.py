@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from lagrange_cli.families.system import any_family_system
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.spec.read import read_spec
+from tests.motions.test_double_double import solved
 from tests.support.families import followed
 from tests.support.motion import SYSTEMS
 
@@ -72,6 +74,49 @@ def test_masses_at_rest_on_springs_are_pushed(form: str, method: str, request: p
         assert abs(found - (known if form == "places" else np.diff(known, prepend=0))).max() <= (
             1e-11 * abs(known).max() + rounding
         )
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_masses_are_pushed_in_double_double(form: str, tmp_path: Path) -> None:
+    """Against the same in doubles, whose rounding errors are 2^53 times as large."""
+    given = {"m": 0.3, "k": 500, "A": 2, "w": 5}
+    text, end = FORMS[form].format(N=30, rest=0, **given), ["--stop", "0.6", "--samples", "2"]
+    said, longer = solved(tmp_path, text, *end, "--precision", "double-double")
+    _, shorter = solved(tmp_path, text, *end)
+    assert said["steps"] <= 1000
+    assert all(abs(a - b) <= 1e-14 for a, b in zip(longer["q/x"], shorter["q/x"], strict=True))
+
+
+HANGING = """
+sizes: {{N: {N}}}
+parameters: {{m: {m}, g: 9.81, l: {l}, k: {k}, d: N*m*g/k, A: {A}, w: {w}}}
+coordinates: {{"x[i in range(N)]": {{initial: 0}}, "y[i in range(N)]": {{initial: -l*i - 1}}}}
+masses: {{"p[i in range(N)]": m}}
+embedding: {{"p[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum(m*g*p[i].y for i in range(N)) + k*((y[0] + 1 - d)**2 + x[0]**2)/2
+constraints:
+  rod[i in range(1, N)]: (x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2 - l**2
+generalized_forces: {{"{where}": "where(t > 0.3, A*(1 - cos(w*(t - 0.3))), 0)"}}
+"""
+
+
+@pytest.mark.parametrize("where", ["x[2]", "y[2]"])
+def test_rods_at_rest_are_pushed(where: str, request: pytest.FixtureRequest) -> None:
+    """What holds them cancels their weight: by two methods."""
+    source = random.Random(f"{where} {request.config.option.seed}")
+    scales = {"m": (-1, 1), "k": (2, 3.5), "A": (-2, 0), "w": (-0.5, 1), "l": (-1, 0)}
+    given = {name: float(f"{10 ** source.uniform(*both):.3g}") for name, both in scales.items()}
+    print(given)
+    text = HANGING.format(N=60, where=where, **given)
+    found = []
+    for method in ("taylor", "ias15"):
+        _, motion = followed(text, frozenset(["q"]), stop=0.8, samples=2, method=method)
+        assert motion.outcome.ending is Ending.COMPLETE
+        assert motion.outcome.steps <= 3000
+        found.append([motion[f"q/{one}"][-1] for one in "xy"])
+    (x, y), (other_x, other_y) = found
+    assert abs(x - other_x).max() <= 1e-9 * abs(x).max() + 1e-14
+    assert abs(y - other_y).max() <= 1e-12
 
 
 @pytest.mark.parametrize("method", ["taylor", "ias15"])

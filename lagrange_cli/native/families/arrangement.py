@@ -210,7 +210,7 @@ class Arrangement:
         self.shaken: Balance | None = None
         """The same of joints, which move by them, with these ``signs``."""
         self.signs = Array(Source.TOTAL, self.degrees)
-        if self.balance is not None and stepping and kind.parts == 1:
+        if self.balance is not None and stepping:
             self.signs = Array(Source.TOTAL, max(self.degrees, self.balance.count))
             shaken = rounding_of_joints(system, self.signs)
             self.shaken = Balance(shaken, self.lasting.arranged) if shaken else None

@@ -189,6 +189,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
         given = self.with_integrals(self.given(interface, 2 * orders * width, floors), lengths)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
+        if self.shaken is not None:  # whose accelerations are doubles
+            texts += [*numbers("", RATES + 4), rests(RATES + 4)]
         return given.work, texts, (lengths.first, lengths.row, lengths.term)
 
     def with_integrals(self, given: Given, lengths: Lengths) -> Given:
@@ -261,10 +263,11 @@ class FamilyProgram(Returning, Observation, MotionJets):
             return ""
         from lagrange_cli.native.families.static_forces import of_joints, where_diagonal
 
+        unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
         if self.shaken is not None:
-            return of_joints(self, self.shaken, self.setting(RATES))
+            return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)
         assert self.rounded is not None
-        return where_diagonal(self, self.rounded, (Emitter if self.kind.parts == 1 else DoubleDouble).unit)
+        return where_diagonal(self, self.rounded, unit)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""

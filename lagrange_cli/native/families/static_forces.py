@@ -16,7 +16,6 @@ from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.static_forces import HEAD, UNITS
 from lagrange_cli.native.stepping.step_size import ENDLESS
@@ -61,8 +60,8 @@ def where_diagonal(arrangement: Arrangement, sizes: Total, unit: float) -> str:
     return f.text()
 
 
-def of_joints(arrangement: Arrangement, shaken: Balance, setting: JetSetting) -> str:
-    """The same on chains and trees, from their accelerations by these errors, in doubles: with errors of one
+def of_joints(arrangement: Arrangement, shaken: Balance, setting: JetSetting, unit: float) -> str:
+    """The same on chains and trees, from their accelerations by these errors, of doubles: with errors of one
     sign, and with signs that alternate. What one of them cancels, the other does not."""
     jet = ArticulatedJet(shaken, setting, SHAKEN)
     text = jet.write().text
@@ -86,7 +85,7 @@ def of_joints(arrangement: Arrangement, shaken: Balance, setting: JetSetting) ->
                state, work)  # fmt: skip
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.larger(f.magnitude(f.load(rates, i)), f.load(largest, i)), largest, i)
-    allow(f, degrees, UNITS * Emitter.unit, lambda i, lanes: f.load_row(largest, i, lanes))
+    allow(f, degrees, UNITS * unit, lambda i, lanes: f.load_row(largest, i, lanes))
     f.give()
     return text + f.text()
 
