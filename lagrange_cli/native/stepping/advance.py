@@ -29,8 +29,9 @@ LAG = 0.7
 """The factor by which the usual step may shrink per step, as steps do in front of a singularity."""
 PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
-CHATTERS = 4.0
-"""If a switch has changed so many times while t hardly changes, it may be by rounding."""
+CHATTERS, LASTS = 4.0, 32.0
+"""If switches have changed so many times while t hardly changes, it may be by rounding; that is over before so
+many, or there are other reasons."""
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 SMALLEST = 2.0**-1022
@@ -225,8 +226,10 @@ def without_chatter(
     f, guards = at.f, at.steps.guards
     assert guards
     found, until, least = f.variable(root), f.variable(known), resolved(at, step.passed)
-    soon = (root < least) & ~root.equals(0.0) & (at.clock(Clock.PASSES) >= CHATTERS)
+    times = step.times.get()
+    soon = (root < least) & ~root.equals(0.0) & (times >= CHATTERS) & (times < LASTS)
     with f.when(soon & guards.is_switch(f, which)), f.when(creeps(at, step.now, step.passed)):
+        step.times.set(times + 1.0)
         f.store(at.zero, at.state, which + guards.rows.fresh(at.steps.state))
         found.set(f.constant(ENDLESS))
         until.set(least)
