@@ -30,8 +30,8 @@ LAG = 0.7
 PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
 CHATTERS, LASTS = 4.0, 32.0
-"""If switches have changed so many times while t hardly changes, it may be by rounding; that is over before so
-many, or there are other reasons."""
+"""If switches have changed so many times while t hardly changes, it may be by rounding. That is over before
+so many, or there are other reasons."""
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 SMALLEST = 2.0**-1022
