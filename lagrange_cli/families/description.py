@@ -138,6 +138,8 @@ class FamilySystem:
     """These modes, in that system."""
     contact: Contacts | Coupled | None = None
     """Resting contact, whose forces are among the others then (see ``families.resting``)."""
+    passes: bool = False
+    """Whether motions pass where the signs of parameters say whether forces jump, and nothing holds there."""
 
     @property
     def contacts(self) -> Contacts | Coupled | None:

@@ -10,7 +10,15 @@ from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import Friction, holds, passing, yields
-from lagrange_cli.families.jumps import is_root, jumps, partial, pole, refuse_angles
+from lagrange_cli.families.jumps import (
+    depends_on_parameters,
+    is_root,
+    jumps,
+    jumps_by_a_constant,
+    partial,
+    pole,
+    refuse_angles,
+)
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
 
@@ -121,7 +129,8 @@ class Switched:
         for one in decisive:
             argument, above, below = one.arguments
             followed = argument in rubbing and one not in inside
-            if argument.symbols & self.places and not followed and jumps(self.graph, one):
+            known = one in inside and jumps_by_a_constant(self.graph, one, self.moving)
+            if argument.symbols & self.places and not (followed or known) and jumps(self.graph, one):
                 raise written_out(self.system)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
@@ -177,9 +186,16 @@ class Switched:
         return {
             own.argument
             for given in acting.values()
-            if passing(self.system, [one for _, one in given])
+            if self._by_parameters(given) or passing(self.system, [one for _, one in given])
             for own, _ in given
         }
+
+    def _by_parameters(self, given: Iterable[tuple[Friction, Friction]]) -> bool:
+        """Whether forces jump where the signs of parameters say so, and motions are to pass there."""
+        inside = (one for own, _ in given for one in own.switches)
+        return self.system.passes and all(
+            depends_on_parameters(self.graph, one, self.moving) for one in inside
+        )
 
     def _within(self, node: Node) -> Iterator[Node]:
         """The switches in an expression, and in what it is made of."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
@@ -44,6 +45,21 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
         return None
     found.refuse()
     return found.smooth()
+
+
+def smooth_of(system: FamilySystem) -> FamilySystem | None:
+    """The system with modes in place of switches, if it has any."""
+    smooth = with_modes(system)
+    if smooth is not None and system.contacts is not None and smooth.modes and smooth.modes.limits:
+        raise Unsuited  # friction would have to know the forces of contact
+    return smooth
+
+
+def passing_where_parameters_jump(system: FamilySystem) -> FamilySystem:
+    """The same system, whose motions pass where the signs of parameters say whether forces jump: those that
+    would have to be held there end."""
+    passing = replace(system, passes=True)
+    return replace(passing, smooth=smooth_of(passing))
 
 
 def with_modes_in(

@@ -31,7 +31,7 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.families.switches import with_modes
+from lagrange_cli.families.switches import passing_where_parameters_jump, smooth_of
 from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.lengths import bases, completed
 from lagrange_cli.mechanics.switching.saturation import saturated_each
@@ -265,10 +265,10 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         root=builder.root, totals=builder.totals, positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
-    smooth = with_modes(found)
-    if smooth is not None and found.contacts is not None and smooth.modes and smooth.modes.limits:
-        raise Unsuited  # friction would have to know the forces of contact
-    return replace(found, smooth=smooth)
+    try:
+        return replace(found, smooth=smooth_of(found))
+    except Unsuited:
+        return passing_where_parameters_jump(found)
 
 
 def opposite(total: Total) -> list[Term]:

@@ -6,12 +6,14 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.poles import moving, slow
 from lagrange_cli.families.reactions import reactions
+from lagrange_cli.families.switches import passing_where_parameters_jump
 from lagrange_cli.families.system import any_family_system, family_system, mostly_single
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
@@ -163,9 +165,20 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
     if system.smooth is not None and doubtful(system):
+        passing = None if system.passes else passing_or_none(system)
+        if passing is not None and not doubtful(passing):
+            return passing
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)
     return system
+
+
+def passing_or_none(system: FamilySystem) -> FamilySystem | None:
+    """The system that passes where parameters say whether forces jump; None where that does not help."""
+    try:
+        return passing_where_parameters_jump(system)
+    except Unsuited:
+        return None
 
 
 def without_expansion(
