@@ -68,11 +68,15 @@ class Modes:
     """Coordinates of joints that may be held."""
     placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Of those that are holding, the ones that are decided by places."""
+    vectors: Sequence[tuple[int, tuple[int, ...]]] = ()
+    """The modes of lengths of vectors, each with the coordinates that it holds."""
+    beside: Total | None = None
+    """The components of each of these vectors, and of the force that holds it."""
 
     @property
     def followed(self) -> tuple[Total, ...]:
         """What is followed beside the motion."""
-        return (self.arguments,) if self.limits is None else (self.arguments, self.limits)
+        return tuple(one for one in (self.arguments, self.limits, self.beside) if one is not None)
 
 
 @dataclass(frozen=True, eq=False)

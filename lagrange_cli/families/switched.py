@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.node import Node, factors_of, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import Friction, holds, passing, yields
@@ -19,6 +19,7 @@ from lagrange_cli.families.jumps import (
     pole,
     refuse_angles,
 )
+from lagrange_cli.families.vector_friction import Along, along_vectors, refuse_elsewhere
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
 
@@ -79,7 +80,7 @@ class Switched:
     def any(self) -> bool:
         """Whether there are switches that matter."""
         others = switches(self.slots.made_of(self._others), self.moving)
-        return bool(others) or any(map(self.switched, (self.system.potential, *self._nodes)))
+        return bool(others or self.along) or any(map(self.switched, (self.system.potential, *self._nodes)))
 
     @property
     def _nodes(self) -> list[Node]:
@@ -108,10 +109,24 @@ class Switched:
 
     def switched(self, node: Node) -> bool:
         """Whether there are such switches in an expression, or in what it is made of."""
-        if self.followed(self._merging.merged([node])):
+        if self.followed(self._merging.merged([node])) or self._directed(node):
             return True
         arrays = (slot.array for _, slot in self.slots.inside(node))
         return any(isinstance(array, Total) and self.within(array) for array in arrays)
+
+    def _directed(self, node: Node) -> bool:
+        """Whether it contains the length of a vector along which friction acts."""
+        squares = {square for _, square in self.along}
+        return bool(squares) and any(
+            exponent % 1.0 == 0.5 and base in squares
+            for one in reachable([node])
+            for base, exponent in factors_of(one)
+        )
+
+    @cached_property
+    def along(self) -> Mapping[tuple[Domain, Node], Along]:
+        """Dry friction along vectors, by the domains and squares of these."""
+        return along_vectors(self.system, self.merged(self.system.forces), self.moving)
 
     def refuse(self) -> None:
         """Raise ``Unsuited`` for switches that have no modes here."""
@@ -121,6 +136,8 @@ class Switched:
         used = [one for one in self.totals if one not in self._idle]
         others = [term.node for one in used if one not in acting for term in self.merged(one)]
         others += self._merging.merged([self.system.potential])
+        terms = (term for total in acting for term in self.merged(total))
+        refuse_elsewhere(self.system, self.along, terms, others)
         inside = {*switches(others, self.moving)}
         nodes = [*others, *(term.node for one in acting for term in self.merged(one))]
         rubbing = {friction.argument for friction in self.friction} | self.passed

@@ -92,7 +92,10 @@ def dragged(spec: Spec) -> FamilySystem | None:
     totals = needed([smooth.forces, *smooth.loads], smooth.slots)
     nodes = [term.node for total in totals for term in total.terms]
     variables, speeds = moving(smooth)[0], speedy(smooth, totals)
-    return system if any(is_distance(one, variables) for one in bases(nodes, speeds)) else None
+    found = bases(nodes, speeds)
+    return (
+        system if any(is_distance(one, variables) for one in found if one.kind is not Kind.SWITCH) else None
+    )
 
 
 def speedy(system: FamilySystem, totals: Iterable[Total]) -> int:
@@ -164,6 +167,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
+    if method == MANY_BODIES and along_vectors(system):
+        return WrittenOut(f"friction along vectors with --method {method}", "use --method taylor")
     if system.smooth is not None and doubtful(system):
         passing = None if system.passes else passing_or_none(system)
         if passing is not None and not doubtful(passing):
@@ -257,6 +262,11 @@ def unproven(system: FamilySystem, compilation: Compilation) -> bool:
 def held(system: FamilySystem) -> bool:
     """Whether dry friction may hold coordinates."""
     return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.limits)
+
+
+def along_vectors(system: FamilySystem) -> bool:
+    """Whether dry friction along vectors may hold coordinates."""
+    return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.vectors)
 
 
 def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) -> bool:

@@ -73,7 +73,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
-            vectors=(),
+            vectors=() if self.modes is None else tuple(self.modes.vectors),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count,
