@@ -123,12 +123,20 @@ def _differ(graph: Graph, *both: Node, most: int) -> bool:
     return False
 
 
-def is_root(node: Node) -> bool:
-    """Whether it has no series where what it is of is 0."""
-    return node.kind is Kind.POWER or (node.kind is Kind.PRODUCT and any(e != int(e) for e in node.data))
+def is_root(node: Node, moving: int = -1) -> bool:
+    """Whether it has no series where what it is of is 0, and that is ``moving``: roots of parameters are
+    numbers."""
+    if node.kind is Kind.POWER:
+        return bool(node.symbols & moving)
+    factors = factors_of(node) if node.kind is Kind.PRODUCT else ()
+    return any(exponent != int(exponent) and base.symbols & moving for base, exponent in factors)
 
 
-def partial(node: Node) -> bool:
-    """Whether it may have no value somewhere."""
+def partial(node: Node, moving: int = -1) -> bool:
+    """Whether it may have no value somewhere as what is ``moving`` changes."""
     inside = reachable([node])
-    return any(is_root(one) or (one.kind is Kind.FUNCTION and one.data in PARTIAL) for one in inside)
+    return any(
+        is_root(one, moving)
+        or (one.kind is Kind.FUNCTION and one.data in PARTIAL and bool(one.symbols & moving))
+        for one in inside
+    )

@@ -151,10 +151,10 @@ class Switched:
                 raise written_out(self.system)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
-            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
+            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0], self.moving)]
             if inner:
                 raise Unsuited  # they may have no value on the other side, and are followed there, too
-            if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
+            if self.speedy(argument) and any(is_root(x, self.moving) for x in reachable([above, below])):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
 
     @cached_property

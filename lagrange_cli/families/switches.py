@@ -300,7 +300,7 @@ class Switching(Switched):
                     return changed
             if node in passed:
                 mode, (argument, above, below) = self.mode_of(domain, node.arguments[0]), arguments
-                if any(map(is_root, reachable([above, below]))):  # no number on the other side
+                if any(is_root(one, self.moving) for one in reachable([above, below])):  # no number there
                     at_zero = where_zero(self.graph, above, argument)
                     return three_ways(self.graph, mode, above, below, at_zero)
                 return self.graph.switch(mode, above, below, -1)

@@ -305,4 +305,4 @@ def hidden(
     variables, speeds = moving(system)
     if hides(inside, variables, speeds, large=large, bounded=bounded, slow=tame):
         return True
-    return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
+    return any(is_root(one, variables) and not shows(one, variables, speeds) for one in reachable(sides))

@@ -40,6 +40,22 @@ potential:
   walls: "sum(w*max(0, abs(x[i]) - L)**2/2 + w*max(0, abs(y[i]) - L/9)**2/2 for i in range(N))"
 """
 
+CARS = """
+sizes: {{N: {count}}}
+parameters: {{v0: 30, a: {F}, b: {k}, T: 1.2, s0: 2}}
+coordinates:
+  "x[i in range(N)]": {{initial: "-25*i - 3*sin(7*i)", velocity: "20 + 9*{speed}*sin(3*i + 1)"}}
+masses: {{"car[i in range(N)]": 1 + i % 2}}
+embedding: {{"car[i in range(N)]": ["x[i]"]}}
+potential: 0
+definitions:
+  "wanted[i in range(1, N)]":
+    "s0 + max(0, x_dot[i]*T + x_dot[i]*(x_dot[i] - x_dot[i - 1])/(2*sqrt(a*b)))"
+generalized_forces:
+  "x[0]": "a*where(t < 5, 1 - (x_dot[0]/v0)**4, -2)"
+  "x[i in range(1, N)]": "a*(1 - (x_dot[i]/v0)**4 - (wanted[i]/(x[i - 1] - x[i] - 5))**2)"
+"""
+
 
 @dataclass(frozen=True)
 class Draw:
@@ -70,6 +86,12 @@ def test_trains_with_play_and_dry_friction(draw: Draw, monkeypatch: pytest.Monke
 @DRAWS
 def test_trains_in_steps_on_rates(draw: Draw, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(draw.text(TRAIN), monkeypatch, method=method)
+
+
+@DRAWS
+def test_cars_that_follow_one_another(draw: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The root of parameters in a side is a number (Treiber, Hennecke and Helbing 2000, eq. 3)."""
+    compare(draw.text(CARS), monkeypatch, stop=8.0)
 
 
 def test_ledgers_of_trains(monkeypatch: pytest.MonkeyPatch) -> None:
