@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.stored import Stored
+from lagrange_cli.api.words import python_words
 from lagrange_cli.errors import Interrupted, LagrangeWarning
 from lagrange_cli.run.attributes import doubt_of_all
 from lagrange_cli.run.interrupts import Interrupts
@@ -39,7 +40,7 @@ def noted(told: Sequence[str], ensemble: Ensemble, outcome: EnsembleOutcome) -> 
     """The messages of the command besides its summary."""
     warning = doubt_of_all(outcome, ensemble.settings)
     doubt = [] if warning is None else [f"{ensemble.spec.name}: {WARNING}{warning}"]
-    return (*told, *doubt)
+    return tuple(map(python_words, (*told, *doubt)))
 
 
 def ended(found: S, outcome: EnsembleOutcome, message: str) -> S:
@@ -47,6 +48,7 @@ def ended(found: S, outcome: EnsembleOutcome, message: str) -> S:
 
     Called by a function that a user calls.
     """
+    message = python_words(message)
     failing = [f"{found.name}: {message}"] if outcome.status == "failed" else []
     for note in [*failing, *(one for one in found.notes if WARNING in one)]:
         warnings.warn(note, LagrangeWarning, stacklevel=3)

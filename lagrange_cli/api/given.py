@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from decimal import Decimal
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -39,6 +40,10 @@ def text_of(name: str, value: Any) -> str:
     if isinstance(value, Integral) and not isinstance(value, bool):
         return str(int(value))
     if isinstance(value, Real) and not isinstance(value, bool):
+        return repr(float(value))
+    if isinstance(value, Decimal) and value.is_finite():
+        return str(value)
+    if type(value).__module__.partition(".")[0] == "sympy" and getattr(value, "is_real", False):
         return repr(float(value))
     raise UsageError(f"{name} must be a number or an expression, not {value!r:.60}")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -14,11 +14,20 @@ from lagrange_cli.integrate.processors import processors
 from lagrange_cli.run.ensembles.draws import KINDS, Draws
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
+
+
+class Columns(Protocol):
+    """A table of pandas, polars or astropy."""
+
+    columns: Any
+
+    def __getitem__(self, name: Any, /) -> Any: ...
+
 
 Over: TypeAlias = "Mapping[str, str | ArrayLike]"
 Random: TypeAlias = "Mapping[str, str | tuple[str, float, float]]"
-Table: TypeAlias = "str | os.PathLike[str] | Mapping[str, ArrayLike]"
+Table: TypeAlias = "str | os.PathLike[str] | Mapping[str, ArrayLike] | Columns | NDArray[Any]"
 
 
 def draws_of(
@@ -31,8 +40,9 @@ def draws_of(
     if not is_whole(seed) or seed < 0:
         raise UsageError(f"seed must be a whole number, 0 or greater, not {seed!r:.60}")
     found: Any = table
-    if isinstance(table, Mapping):
-        found = {str(name): numbers(f"table: {name}", column) for name, column in table.items()}
+    columns = columns_of(found)
+    if columns is not None:
+        found = {str(name): numbers(f"table: {name}", found[name]) for name in columns}
         if not found:
             raise UsageError("table: it has no columns")
     elif isinstance(table, (str, os.PathLike)):
@@ -46,6 +56,17 @@ def draws_of(
         None if members is None else count_of("members", members),
         int(seed),
     )
+
+
+def columns_of(table: Any) -> list[Any] | None:
+    """The names of the columns of a mapping, of a table of pandas and the like, or of a structured array;
+    None for anything else."""
+    if isinstance(table, Mapping):
+        return [*table]
+    for names in (getattr(table, "columns", None), getattr(getattr(table, "dtype", None), "names", None)):
+        if names is not None:
+            return [*names]
+    return None
 
 
 def threads_of(jobs: int | None) -> int:

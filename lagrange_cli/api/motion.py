@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
-from lagrange_cli.api.words import in_python
+from lagrange_cli.api.words import in_python, python_words
 from lagrange_cli.outputs.catalog import OUTPUTS
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Motion(Pictured):
     @property
     def message(self) -> str:
         """How it ended, in a sentence."""
-        return self._followed.outcome.message
+        return python_words(self._followed.outcome.message)
 
     @property
     def certificate(self) -> Estimated | None:

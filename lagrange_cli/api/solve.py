@@ -11,7 +11,7 @@ from lagrange_cli.api.given import Value, Values, check_lengths, count_of, deman
 from lagrange_cli.api.kept import keep
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.api.system import System, content_of
-from lagrange_cli.api.words import in_python
+from lagrange_cli.api.words import in_python, python_words
 from lagrange_cli.errors import Interrupted, LagrangeWarning, MotionError, UsageError
 from lagrange_cli.integrate.precision import DOUBLE, PRECISIONS
 from lagrange_cli.run.attributes import doubt
@@ -145,7 +145,7 @@ def solve(
     ready = prepare_all(found, request, demand, untimed, prepare, kept.check)
     units, told = kept.units(found.spec)
     followed = follow(ready, units, MONITOR, demand)
-    motion = Motion(followed, units, (*told, *said(followed)))
+    motion = Motion(followed, units, tuple(map(python_words, (*told, *said(followed)))))
     for note in motion.notes:
         if WARNING in note:
             warnings.warn(note, LagrangeWarning, stacklevel=2)

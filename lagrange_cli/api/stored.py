@@ -15,7 +15,7 @@ import numpy as np
 from lagrange_cli.api.folder import Folder
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
-from lagrange_cli.api.words import in_python
+from lagrange_cli.api.words import in_python, python_words
 from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.request import HDF5, format_of
@@ -109,7 +109,7 @@ class Stored(Pictured):
     @property
     def message(self) -> str:
         """How it ended, in a sentence."""
-        return str(self._arrays.attributes["message"])
+        return python_words(str(self._arrays.attributes["message"]))
 
     def __repr__(self) -> str:
         return f"<output {self._path}: {self.name}, {self.message}>"

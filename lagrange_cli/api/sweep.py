@@ -21,6 +21,7 @@ from lagrange_cli.run.ensembles.ensemble import make_ensemble
 from lagrange_cli.run.ensembles.sweep import Swept
 from lagrange_cli.run.ensembles.sweep import sweep as sweep_ensemble
 from lagrange_cli.run.events import notes_of_members
+from lagrange_cli.run.source import count_of
 
 
 class Sweep(Stored):
@@ -63,8 +64,8 @@ class Sweep(Stored):
         return self["status"]
 
     def __repr__(self) -> str:
-        shape = " x ".join(f"{n} {python_words(name)}" for name, n in self._ensemble.members.shape.items())
-        return f"<sweep of {self.name}: {self.members} members ({shape}), {self.message}>"
+        shape = python_words(self._ensemble.members.in_words)
+        return f"<sweep of {self.name}: {count_of(self.members, 'member')} ({shape}), {self.message}>"
 
 
 @in_python
@@ -102,7 +103,7 @@ def sweep(
     random : mapping, optional
         Distributions by name: ``("normal", 0, 0.1)`` or ``"normal(0,0.1)"``; also ``uniform``, ``lognormal``
         and ``loguniform``.
-    table : mapping or path, optional
+    table : mapping, data frame, structured array or path, optional
         Columns by name, or the name of a CSV file: a motion for each row.
     members : int, optional
         The number of random draws, at each point of the grid.

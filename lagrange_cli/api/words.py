@@ -7,7 +7,8 @@ from collections.abc import Callable
 from functools import wraps
 from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.errors import FileError, SpecError, UsageError
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from typing import ParamSpec
@@ -17,6 +18,7 @@ R = TypeVar("R")
 
 _OPTION = re.compile(r"(?<![^\s'(:])--([a-z]+(?:-[a-z]+)*)(?!\w)")
 _TO_ADD = re.compile(r"\b(add|leave out) --([a-z]+(?:-[a-z]+)*) ([^\s,;:]+)")
+_TO_SET = re.compile(r"\bor --set ([^\s=]+)=([^\s,;:]+)")
 _ARGUMENTS = {"from": "begin", "to": "end", "output": "the name"}
 """Arguments that are not called like their options."""
 _WAYS = (
@@ -27,7 +29,7 @@ _WAYS = (
 
 
 def in_python(function: Callable[P, R]) -> Callable[P, R]:
-    """A function whose ``UsageError`` and ``FileError`` name its arguments, as ``stop`` for ``--stop``."""
+    """A function whose errors name its arguments, as ``stop`` for ``--stop``."""
 
     @wraps(function)
     def spoken(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -35,6 +37,14 @@ def in_python(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
         except (UsageError, FileError) as error:
             error.args = (python_words(str(error)), *error.args[1:])
+            raise
+        except SpecError as error:
+            problems = [
+                replace(one, message=python_words(one.message), hint=python_words(one.hint))
+                for one in error.problems
+            ]
+            error.problems = tuple(problems)
+            error.args = ("\n".join(one.render(error.filename) for one in problems),)
             raise
 
     return spoken
@@ -45,6 +55,7 @@ def python_words(message: str) -> str:
     for option, argument in _WAYS:
         message = message.replace(option, argument)
     message = _TO_ADD.sub(lambda found: f"{found[1]} {_argument(found[2])}={found[3]}", message)
+    message = _TO_SET.sub(r"or set={'\1': \2}", message)
     return _OPTION.sub(lambda found: _argument(found[1]), message)
 
 

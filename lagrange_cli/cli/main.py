@@ -59,7 +59,9 @@ class LazyGroup(click.Group):
             from lagrange_cli.expression.near import suggest
 
             known = suggest(name, COMMANDS)
-            if os.path.exists(name):
+            if name == "help":
+                known = f"write lagrange {' '.join(arguments[1:2])} --help".replace("  ", " ")
+            elif os.path.exists(name):
                 known = f"a file follows its command, as in lagrange solve {name}"
             raise click.UsageError(f"there is no command {name!r}; {known}", context)
         return super().resolve_command(context, arguments)
@@ -111,18 +113,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def unknown_option(error: click.NoSuchOption) -> click.UsageError:
-    """The error with the options that were perhaps meant: those that begin so, those that other programs call
-    so, and those that are spelt nearly so."""
+    """The error with the options that were perhaps meant: those that have such a value, those that begin so,
+    those that other programs call so, and those that are spelt nearly so."""
     from difflib import get_close_matches
 
     from lagrange_cli.spec.settings import SOLVE
 
     word, context = error.option_name.lstrip("-"), error.ctx
     message = f"there is no option {error.option_name!r}"
-    options = [one for parameter in context.command.params for one in parameter.opts] if context else []
+    parameters = context.command.params if context else []
+    options = [one for parameter in parameters for one in parameter.opts]
     names = [one[2:] for one in options if one.startswith("--")]
     meant, _ = SOLVE.meant(word)
     found = [meant] if meant in names else [one for one in names if len(word) > 1 and one.startswith(word)]
+    for parameter in parameters:  # --csv for --format csv
+        if isinstance(parameter.type, click.Choice) and word in parameter.type.choices:
+            found = [f"{parameter.opts[0][2:]} {word}"]
     found = found or get_close_matches(word, names)
     hint = f"did you mean {' or '.join(f'--{one}' for one in found)}?" if found else ""
     if not hint and context is not None and isinstance(context.command, LazyGroup):

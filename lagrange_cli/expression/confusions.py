@@ -247,11 +247,25 @@ def is_unit(text: str) -> bool:
 
 
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
+_THOUSANDS = re.compile(r"\s*[-+]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?P<decimals>\.[0-9]*)?\s*")
 
 
 def decimal_comma(text: str) -> str:
     """``1.5`` for ``1,5``, or nothing for other texts."""
     return text.strip().replace(",", ".") if _DECIMAL_COMMA.fullmatch(text) else ""
+
+
+def with_comma(text: str) -> tuple[str, str] | None:
+    """What is wrong with a number that is written with commas, ``1,5`` or ``1,000.0``, and the way out; None
+    for other texts. A comma before three digits may have either meaning."""
+    number = text.strip().replace(",", "")
+    grouped = _THOUSANDS.fullmatch(text)
+    if grouped and (grouped["decimals"] or text.count(",") > 1):
+        return ("comma between thousands", f"write {number}") if ",0" in text else None
+    point = decimal_comma(text)
+    if point and grouped:
+        return "comma in a number", f"write {number} or {point}"
+    return ("decimal comma", f"write {point}") if point else None
 
 
 STATE = "it belongs to each coordinate: 'theta: {initial: 0.1, velocity: 0}' under 'coordinates'"

@@ -7,7 +7,7 @@ an expression are found at once.
 
 from __future__ import annotations
 
-from lagrange_cli.expression.confusions import DEGREES, RADIANS, decimal_comma, quantity
+from lagrange_cli.expression.confusions import DEGREES, RADIANS, quantity, with_comma
 from lagrange_cli.expression.cursor import PARTS_HINT, PRINTED, WRITTEN, Bounds, Hopeless
 from lagrange_cli.expression.operators import Parser
 from lagrange_cli.expression.syntax import ExpressionError, Number, Span, Tree
@@ -70,8 +70,8 @@ def _whole(parser: Parser) -> Tree:
         parser.refuse(
             Span(parser.offset, parser.offset + 1), "empty expression", "write a number or a formula"
         )
-    point = decimal_comma(parser.text)
-    if point:
-        parser.refuse(whole, "decimal comma", f"write {point}")
+    mistake = with_comma(parser.text)
+    if mistake:
+        parser.refuse(whole, *mistake)
     items, vector = parser.items("")
     return parser.vector(items, whole) if vector else items[0]

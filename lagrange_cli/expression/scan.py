@@ -12,7 +12,7 @@ from lagrange_cli.expression.syntax import Span
 from lagrange_cli.records import dataclass
 
 _TOKEN = re.compile(
-    r"(?P<literal>0[xob][0-9a-f][0-9a-f_]*|[0-9]+(?:_[0-9]+)+(?:\.[0-9_]*)?(?:e[+-]?[0-9]+)?)(?!\w)"
+    r"(?P<literal>0[xob][0-9a-fA-F][0-9a-fA-F_]*|[0-9]+(?:_[0-9]+)+(?:\.[0-9_]*)?(?:e[+-]?[0-9]+)?)(?!\w)"
     r"|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     rf"|(?P<raised>[⁺⁻]?[{RAISED}]+)"
     rf"|(?P<name>[^\W\d][^\W{RAISED}]*)"

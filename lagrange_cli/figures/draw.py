@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
+from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel, drawable
 from lagrange_cli.figures.style import COLORS, formula, plain, rendered, styled
 
 if TYPE_CHECKING:
@@ -21,8 +22,9 @@ MOST_LABELS = 8
 VECTORS = 20_000
 """A curve of more points is a picture within the file, so that this stays small."""
 SHADES = "viridis"
-LETTERS_PER_INCH, KEY = 14.0, 6
-"""How many letters of a legend have room beside one another, and how many a key takes."""
+LETTERS_PER_INCH, KEY, TITLE_LETTERS = 14.0, 6, 9
+"""How many letters of a legend have room beside one another, how many a key takes, and how many of the title
+have room in an inch."""
 STEADY, AROUND = 1e-12, 0.1
 """A quantity that varies by less than this fraction is drawn as a line in the middle of a range of this
 fraction."""
@@ -55,7 +57,8 @@ def figure_of(page: Page, size: tuple[float, float] | None = None) -> Figure:
     rows = math.ceil(len(page.panels) / columns)
     across = 1.35 if columns == 1 else columns
     figure = Figure(figsize=size or (across * WIDTH, max(rows, 1.25) * HEIGHT), layout="constrained")
-    figure.suptitle(page.title, x=0.01, ha="left", fontweight="bold", parse_math=False)
+    title = textwrap.fill(page.title, round(TITLE_LETTERS * figure.get_figwidth()))
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold", parse_math=False)
     for number, panel in enumerate(page.panels):
         last = number == len(page.panels) - 1
         wide = last and number % columns == 0 and columns > 1 and not panel.z and not panel.equal
@@ -68,6 +71,7 @@ def figure_of(page: Page, size: tuple[float, float] | None = None) -> Figure:
 
 def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
     """Draw one frame into its place."""
+    panel = drawable(panel)
     axes: Any = figure.add_subplot(*place, projection="3d" if panel.z else None)
     axes.set_title(formula(panel.title), loc="left", fontsize=10)
     axes.set_xlabel(formula(panel.x))

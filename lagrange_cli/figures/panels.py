@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 Array = np.ndarray
+LARGEST = 1e300
+"""The largest number that is drawn."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,18 @@ class Page:
 
 
 def finite(values: Any) -> Array:
-    """An array with nan in place of what is not finite, which is not drawn."""
+    """An array with nan in place of what is not finite, or so large that a range of it is not: that is not
+    drawn."""
     found = np.asarray(values, float)
-    return np.where(np.isfinite(found), found, np.nan)
+    return np.where(np.abs(found) <= LARGEST, found, np.nan)
+
+
+def drawable(panel: Panel) -> Panel:
+    """A panel all of whose numbers can be drawn."""
+    return replace(panel, items=tuple(map(_drawable, panel.items)))
+
+
+def _drawable(item: Any) -> Any:
+    names = ("values",) if isinstance(item, (Map, Histogram)) else ("x", "y", "z", "low", "high")
+    given = {name: one for name in names if (one := getattr(item, name, None)) is not None}
+    return replace(item, **{name: finite(one) for name, one in given.items()})

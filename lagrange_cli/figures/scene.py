@@ -76,6 +76,14 @@ class View:
         return np.zeros(places.shape[1:]) if self.flat else np.tensordot(self.toward, places, 1)
 
 
+def shorten(text: Any, room: float) -> None:
+    """Cut a text to a width of so many pixels."""
+    letters = text.get_text()
+    while letters and (wide := text.get_window_extent().width) > room:
+        letters = letters[: min(len(letters) - 1, int(len(letters) * room / wide))]
+        text.set_text(f"{letters}\N{HORIZONTAL ELLIPSIS}")
+
+
 class Scene:
     """The frames of a drawing, whose bounds are known; ``width`` and ``height`` are in pixels.
 
@@ -100,7 +108,10 @@ class Scene:
             part = SIDE if sides else 0.0
             self.axes: Any = figure.add_axes((0.01, 0.01, 0.98 - part, 0.93))
             self.axes.set_axis_off()
-            figure.text(0.02, 0.955, title, fontsize=11, fontweight="bold", va="center", parse_math=False)
+            written = figure.text(
+                0.02, 0.955, title, fontsize=11, fontweight="bold", va="center", parse_math=False
+            )
+            shorten(written, 0.96 * width)
             self._frame()
             self._moving: list[Any] = []
             self._make()

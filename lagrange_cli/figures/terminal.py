@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.errors import MissingPackage
-from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
+from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel, drawable
 from lagrange_cli.figures.style import plain
 
 HEIGHT = 18
@@ -33,6 +33,7 @@ def panel_as_text(panel: Panel, width: int, *, colored: bool) -> str:
     """One panel."""
     import plotext
 
+    panel = drawable(panel)
     plotext.clear_figure()
     plotext.plotsize(width, HEIGHT)
     plotext.theme("clear")

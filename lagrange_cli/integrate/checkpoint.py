@@ -28,7 +28,8 @@ class Progress:
     """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of the
     observed quantities, the ``drift`` of conserved ones, the ``size`` of the terms of h, the last sample,
     ``final``, the initial values of balances with the changes by actions of events, ``base``, what
-    ``happened`` at each event, and the datasets with ``unknown`` samples, as in ``Outcome``."""
+    ``happened`` at each event, and the datasets with ``unknown`` samples and the ``extent`` of the motion, as
+    in ``Outcome``."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
@@ -38,6 +39,7 @@ class Progress:
     base: Mapping[str, float] = field(default_factory=dict)
     happened: tuple[Happened, ...] = ()
     unknown: Mapping[str, float] = field(default_factory=dict)
+    extent: float = 0.0
 
     def as_data(self) -> dict[str, Any]:
         """All but the memory, in terms of JSON (with NaN and infinities)."""
@@ -56,6 +58,7 @@ class Progress:
             **({"actions": list(snapshot.actions)} if snapshot.actions else {}),
             **({"singular": list(snapshot.singular)} if snapshot.singular else {}),
             **({"unknown": dict(self.unknown)} if self.unknown else {}),
+            **({"extent": self.extent} if self.extent else {}),
         }
 
     @classmethod
@@ -76,6 +79,7 @@ class Progress:
                 {str(k): float(x) for k, x in data.get(name, {}).items()} for name in ("base", "unknown")
             )
             size, limited = float(data["size"]), bool(data["limited"])
+            extent = float(data.get("extent", 0.0))
             final = None if data["final"] is None else State(**data["final"])
             happened = tuple(Happened(*one) for one in data.get("events", ()))
             actions, singular = (tuple(map(float, data.get(name, ()))) for name in ("actions", "singular"))
@@ -99,7 +103,7 @@ class Progress:
         if len(happened) != len(program.events) or (happened and len(actions) < kept):
             raise ValueError("of other events")
         snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks, singular)
-        return cls(snapshot, first, drift, size, final, base, happened, unknown)
+        return cls(snapshot, first, drift, size, final, base, happened, unknown, extent)
 
 
 class Schedule:

@@ -42,7 +42,8 @@ class Outcome:
     ``progress`` is the state from which an interrupted run, or a longer one, can continue. ``final`` is the
     state at ``t``; of a complete or certified run it is the last sample. ``estimated`` is the error, if an
     estimate was requested. The state was moved back to constraints by so many ``projections``, and passed
-    ``singular`` configurations at these times. So many ``threads`` have shared the work."""
+    ``singular`` configurations at these times. So many ``threads`` have shared the work. ``extent`` is the
+    largest coordinate or velocity of the samples, of a method whose errors are ``absolute``."""
 
     ending: Ending
     message: str
@@ -63,3 +64,4 @@ class Outcome:
     projections: int = 0
     singular: tuple[float, ...] = ()
     threads: int = 1
+    extent: float = 0.0

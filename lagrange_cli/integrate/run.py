@@ -128,6 +128,7 @@ def integrate(
         projections=end.projections,
         singular=end.singular,
         threads=end.threads,
+        extent=samples.extent,
         final=state_of(end.t, end.state, prepared) if own_end else samples.final,
     )
 

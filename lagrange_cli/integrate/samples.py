@@ -15,9 +15,10 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
+from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.native.interface import low
 from lagrange_cli.outputs.recording import Making, ObservedPlaces, Rows
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.ending import State
@@ -80,6 +81,9 @@ class Samples:
         """The last sample, once there is one."""
         self.unknown: dict[str, float] = {}
         """The datasets with samples that are not finite, and the time of the first of these."""
+        self.extent = 0.0
+        """The largest coordinate or velocity, of a method whose errors are ``absolute``."""
+        self._absolute = METHODS[prepared.compilation.method].absolute
 
     def change(self, change: Change) -> None:
         """Record the changes of an action, before the samples that follow it."""
@@ -104,6 +108,8 @@ class Samples:
             row, first = observed[name], self._first[name]
             self._drift[name] = largest(drift, float(np.max(row)) - first, first - float(np.min(row)))
         self._measure(observed, states)
+        if self._absolute:
+            self.extent = max(self.extent, float(np.max(np.abs(states[program.state.motion]), initial=0.0)))
         series = recording.series(states, program.integrals, observed, base)
         self._look_through(times, series)
         self._emit({"t": times, **series})
@@ -199,9 +205,8 @@ class Samples:
         self._apply(self._changes)
         self._changes = []
         first, base = dict(self._first), {} if self._base == self._first else dict(self._base)
-        return Progress(
-            snapshot, first, dict(self._drift), self._size, self.final, base=base, unknown=dict(self.unknown)
-        )
+        found = Progress(snapshot, first, dict(self._drift), self._size, self.final, base=base)
+        return replace(found, unknown=dict(self.unknown), extent=self.extent)
 
     def restore(self, progress: Progress) -> Snapshot:
         """Continue from the progress of another run."""
@@ -209,7 +214,7 @@ class Samples:
         self._base = {**self._first, **progress.base}
         self._size, self._count = progress.size, progress.snapshot.samples
         self.final, self._done = progress.final, progress.snapshot.samples
-        self.unknown = dict(progress.unknown)
+        self.unknown, self.extent = dict(progress.unknown), progress.extent
         program, memory = self._prepared.machine.program, progress.snapshot.memory
         if program.changed:
             self._prepare(parameters_in(program, memory))

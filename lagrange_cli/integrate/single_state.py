@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, at_one_state
-from lagrange_cli.integrate.methods.settling import Settling
-from lagrange_cli.integrate.methods.workspace import Workspace, accelerated
+from lagrange_cli.integrate.methods.one_state import space_at
+from lagrange_cli.integrate.methods.workspace import accelerated
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.compilation.machine import QUICK, Machine, compile_program
+from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.elimination import reduced
 from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import Steps, write_program
@@ -19,17 +19,6 @@ from lagrange_cli.outputs.plan import make_plan
 CompiledValues = Callable[
     [Sequence[float], float, Sequence[float], Sequence[float]], tuple[Array, Array, float, Array, Array]
 ]
-
-
-def space_at(machine: Machine, parameters: Array, t: float, state: Array) -> Workspace:
-    """The memory of the code, with ``parameters`` and a ``state`` (q, v and integrals) at t, where switches
-    have their modes."""
-    space = Workspace(machine, state, t, 0)
-    if machine.program.guards:
-        Settling(machine, space.constants, space.memory, space.work).begin(parameters)
-    else:
-        machine.prepare(parameters.ctypes.data, space.constants.ctypes.data)
-    return space
 
 
 def compiled_values(residual: Residual) -> CompiledValues:

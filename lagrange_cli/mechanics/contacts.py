@@ -163,6 +163,12 @@ def without_contacts(residual: Residual) -> Model[Node]:
     return replace(model, generalized_forces=tuple(substituted(graph, model.generalized_forces, free)))
 
 
+def without_contact_forces(residual: Residual) -> tuple[Node, ...]:
+    """The equations of a motion that rests at no event."""
+    resting = dict.fromkeys((one.rest for one in residual.contacts), residual.graph.zero)
+    return substituted(residual.graph, residual.residual, resting)
+
+
 def lasts_in_contact(residual: Residual, each: Conserved, node: Node) -> bool:
     """Whether no force of resting contact changes a conserved function of the state: no impact does, however
     slow, or it is constant along the direction of slow impacts."""

@@ -18,7 +18,7 @@ def static_forces(residual: Residual) -> tuple[Node, ...]:
     contacts = (one.multiplier for one in residual.contacts)
     still = {*residual.state_v, *model.v, *residual.multipliers, *contacts}
     rows, gone = residual.residual[: len(model.q)], union(still)
-    if any(_is_singular(node, gone, zero=True) for node in reachable(rows)):
+    if any(is_singular(node, gone, zero=True) for node in reachable(rows)):
         return ()
 
     def change(node: Node, arguments: list[Node]) -> Node | None:
@@ -36,14 +36,14 @@ def rounding_at_rest(residual: Residual) -> tuple[Node, ...]:
     forces, graph = static_forces(residual), residual.graph
     moving = union((*residual.model.q, residual.model.time))
     places, nodes = union(residual.model.q), reachable(forces)
-    if not any(_may_cancel(node, moving, places) for node in nodes):
+    if not any(may_cancel(node, moving, places) for node in nodes):
         return ()
-    if any(_is_singular(node, moving) for node in nodes):
+    if any(is_singular(node, moving) for node in nodes):
         return ()
     return tuple(size_of(graph, force) for force in forces)
 
 
-def _may_cancel(node: Node, moving: int, places: int) -> bool:
+def may_cancel(node: Node, moving: int, places: int) -> bool:
     """Whether it is a sum that may be 0 where no coordinate is: that of something that moves, and of what
     contains no coordinates."""
     if node.kind is not Kind.SUM or not node.symbols & moving:
@@ -53,7 +53,7 @@ def _may_cancel(node: Node, moving: int, places: int) -> bool:
     return bool(constant) or (fixed and len(node.arguments) > 1)
 
 
-def _is_singular(node: Node, moving: int, *, zero: bool = False) -> bool:
+def is_singular(node: Node, moving: int, *, zero: bool = False) -> bool:
     """Whether it is a power, not whole or of a sum in a denominator, of anything that is not positive for
     certain; or a function that has no value somewhere. Also a power of a symbol, if that is ``zero``."""
     if not node.symbols & moving:
@@ -66,7 +66,16 @@ def _is_singular(node: Node, moving: int, *, zero: bool = False) -> bool:
             if exponent != int(exponent) or (exponent < 0 and (a.arguments or zero))
         ]
         return any(one.symbols & moving and not _is_positive(one, moving) for one in steep)
-    return node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data not in EVERYWHERE)
+    return is_steep(node, moving)
+
+
+def is_steep(node: Node, moving: int) -> bool:
+    """Whether it is a power with any exponent, or a function that has no value somewhere."""
+    if not node.symbols & moving:
+        return False
+    if node.kind is not Kind.FUNCTION or node.data in EVERYWHERE:
+        return node.kind is Kind.POWER
+    return node.data != "log" or not _is_positive(node.arguments[0], moving)
 
 
 def _is_positive(node: Node, moving: int) -> bool:

@@ -24,6 +24,10 @@ WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h that rounding does not explain, relative to its size, and in units of the tolerance, or of
 what rounding of a state changes."""
 
+SMALL, COARSE = 0.01, 1e4
+"""A motion is small if no coordinate and no velocity is as large as this, nor as so many errors that are
+allowed."""
+
 MOST_NAMES = 4
 """Quantities that a warning names."""
 
@@ -117,9 +121,9 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
-    """The warnings about the result: a drift of h, forces that may have been missed, values that are not
-    finite, outputs that were left out."""
-    drifts = not_finite(outcome), drifting(outcome, settings.tolerance)
+    """The warnings about the result: a drift of h, a motion too small for the tolerance, forces that may have
+    been missed, values that are not finite, outputs that were left out."""
+    drifts = not_finite(outcome), drifting(outcome, settings.tolerance), unresolved(outcome, settings)
     unknown = {path: f"at t = {t:.9g}" for path, t in outcome.unknown.items()}
     return joined(*drifts, *missed(outcome, settings), without_value(unknown), without_outputs(outcome))
 
@@ -186,6 +190,20 @@ def not_finite(outcome: Outcome | EnsembleOutcome) -> str | None:
     return (
         f"{some(names)} {are} not finite at some of the samples (an overflow, or a singularity): the drift "
         "is not known"
+    )
+
+
+def unresolved(outcome: Outcome, settings: Settings) -> str | None:
+    """The warning for a motion so small that a tolerance which is absolute there says little about it."""
+    from lagrange_cli.integrate.methods.table import METHODS
+
+    method, tolerance, extent = METHODS[settings.method], settings.tolerance, outcome.extent
+    if not (method.absolute and 0.0 < extent < min(SMALL, COARSE * tolerance)):
+        return None
+    return (
+        f"{method.name} allows errors of {tolerance:.1e} in coordinates and velocities smaller than 1, and "
+        f"none exceeds {extent:.1e}: choose units in which they are larger, or the Taylor method, whose "
+        "tolerance is relative"
     )
 
 

@@ -110,8 +110,10 @@ def refuse_other_kinds(target: Target, head: Mapping[str, Any], made_by: Mapping
         **now,
         **dict.fromkeys(NUMBERS, 0),
     }:
+        stop = before.get("stop")
+        until = f"{stop:.10g}" if isinstance(stop, float) else stop
         raise FileError(
-            f"{target.shown} contains {kind} to t = {before.get('stop')}, which cannot be extended: "
+            f"{target.shown} contains {kind} to t = {until}, which cannot be extended: "
             f"{again}--force in place of --resume starts again, --output names another"
         )
 

@@ -10,6 +10,7 @@ from lagrange_cli.limits import whole
 STANDARD_INPUT = "-"
 MOST_FILES = 1000
 """The files of a folder that are looked through for one that was meant."""
+ENDINGS = (".yaml", ".yml")
 ALIKE = 0.8
 """The part of its letters that a name has in common with the file that was meant."""
 
@@ -44,7 +45,7 @@ def read_file(system: str) -> bytes:
 
 
 def neighbour_hint(system: str) -> str:
-    """The file of its folder that was perhaps meant, as ``a.yaml`` for ``a.yml``, or an empty text."""
+    """The file of its folder that was meant, as ``a.yaml`` for ``a.yml`` or ``a``, or an empty text."""
     from itertools import islice
 
     from lagrange_cli.expression.near import near_match
@@ -55,7 +56,8 @@ def neighbour_hint(system: str) -> str:
             files = [entry.name for entry in islice(entries, MOST_FILES) if entry.is_file()]
     except OSError:
         return ""
-    near = near_match(name, files, ALIKE)
+    whole = next((one for one in files if os.path.splitext(one)[0] == name and one.endswith(ENDINGS)), "")
+    near = whole or near_match(name, files, ALIKE)
     return f"\n  did you mean {os.path.join(folder, near)}?" if near else ""
 
 

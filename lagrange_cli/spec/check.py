@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 W = TypeVar("W", bound=Written)
 Expressions: TypeAlias = "Mapping[str, Expression]"
+Families: TypeAlias = "Mapping[str, Mapping[str, Family]]"
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -46,13 +47,14 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     if draft.bodies:
         masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
-    constraints = checker.expressions("constraints")
+    constraints, families = checker.constraints("constraints", families)
+    nonholonomic, families = checker.constraints("nonholonomic", families)
     if norms:
         constraints = by_name({**groups_by_name(constraints), **groups_by_name(norms)})
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
-        name=draft.text("name") or name_of(problems.source.filename),
+        name=" ".join(draft.text("name").split()) or name_of(problems.source.filename),
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
@@ -70,7 +72,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         time_unit=time_unit(draft, problems),
         events=checker.events(),
         constraints=constraints,
-        nonholonomic=checker.velocity_constraints(),
+        nonholonomic=nonholonomic,
         bodies=bodies,
         draw=checker.draw(),
         transformations=checker.transformations(),
@@ -196,7 +198,10 @@ class _Checker:
         elif row.vector:
             self.names.check(value, section, where)
         else:
-            kinds = check_scalar(self.names, value, section, where)
+            if row.several:
+                kinds, _ = self.names.check(value, section, where)
+            else:
+                kinds = check_scalar(self.names, value, section, where)
             missing = lacking(section, kinds)
             if missing is not None and self.problems.trusts(value.tree):
                 message, hint = missing
@@ -204,7 +209,7 @@ class _Checker:
 
     # What checks the sections that few files have is imported for those files.
 
-    def bodies(self) -> tuple[Mapping[str, Body], Expressions, Mapping[str, Mapping[str, Family]]]:
+    def bodies(self) -> tuple[Mapping[str, Body], Expressions, Families]:
         """The bodies by name, the norms of their quaternions, and all families with theirs."""
         if not self.draft.bodies:
             return {}, {}, self.draft.families
@@ -239,14 +244,22 @@ class _Checker:
 
         return check_draw(self.draft, self.names, self.problems)
 
-    def velocity_constraints(self) -> Mapping[str, Expression]:
-        """The section ``nonholonomic``; its names and those of ``constraints`` are different ones."""
+    def constraints(self, section: str, families: Families) -> tuple[Expressions, Families]:
+        """The constraints of a section, vectors by their components, and all families with theirs. Names in
+        ``nonholonomic`` and in ``constraints`` are different ones."""
+        if not self.draft.entries(section):
+            return {}, families
         taken = given_by_name(groups_of(self.draft.entries("constraints")))
-        for entry in self.draft.entries("nonholonomic") if taken else ():
+        for entry in self.draft.entries(section) if section != "constraints" else ():
             if entry.name in taken:
                 message = f"'{entry.name}' is the name of another constraint"
                 self.problems.add_once(entry.place, message, "rename one of them")
-        return self.expressions("nonholonomic")
+        given = self.expressions(section)
+        from lagrange_cli.spec.components import with_components
+
+        own = families.get(section, {})
+        given, known = with_components(given, own, self.draft, self.names, self.problems)
+        return given, families if known == own else {**families, section: known}
 
     def _vector(self, entry: Entry, value: Expression, section: str, where: str) -> None:
         """Note a vector that has not as many components as the position of its particle."""

@@ -59,6 +59,8 @@ class Names(Meanings):
         self.siblings: Mapping[int, Sequence[Part[Any]]] = {}
         """The members of families that share an expression, by its tree."""
         self._of_siblings: dict[int, Any] = {}
+        self.multiplied: dict[str, tuple[Expression, Name, str]] = {}
+        """Where the multiplier of a constraint stands for the first time."""
         self._clashes: set[str] = set()
         self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
         self.incomplete = False
@@ -186,6 +188,8 @@ class Names(Meanings):
                 said.add((error.span, error.message))
                 sound = False
                 continue
+            if meaning.what is Kind.MULTIPLIER:
+                self.multiplied.setdefault(name.base, (expression, name, where))
             kinds |= meaning.kinds
             sound = sound and (meaning.value is not None or meaning.family is not None)
         for comparison in equalities(expression.tree):

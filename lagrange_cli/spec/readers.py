@@ -9,7 +9,7 @@ from lagrange_cli.expression.syntax import Key
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draft import Entry
-from lagrange_cli.spec.fields import Reader, read_key, read_scalar, read_vector
+from lagrange_cli.spec.fields import Reader, read_key, read_scalar
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 
@@ -19,7 +19,7 @@ class Entries:
     """The reader of a section ``name: expression``, each expression read by ``value``.
 
     In messages an entry is a ``what``, and its expression ``label`` and the name; ``example`` is an entry.
-    The names may be ``free`` texts, and stand for ``families``.
+    The names may be ``free`` texts, and stand for ``families``; expressions may have ``several`` components.
     """
 
     value: Reader
@@ -28,6 +28,7 @@ class Entries:
     label: str
     free: bool = False
     families: bool = True
+    several: bool = False
 
     def __call__(self, node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
         if isinstance(node, Scalar) and node.empty:
@@ -37,7 +38,7 @@ class Entries:
             problems.add(node.place, f"{where} must be a mapping with a name for each {self.what}", hint)
             return ()
         found = []
-        for key, inner in (nodes.continued(node) if self.value is read_vector else node).entries:
+        for key, inner in (nodes.continued(node) if self.several else node).entries:
             name = Key(key.text, key.text) if self.free else read_key(key, problems, self.what, self.families)
             if name is not None:
                 expression = self.value(inner, f"{self.label} '{name.label}'", problems)

@@ -35,8 +35,9 @@ def named(
 ) -> Row:
     """The row of a section ``name: expression``: see ``readers.Entries`` and ``Row``."""
     label = label or what
-    read = Entries(value, what, example, label, families=families)
-    return Row(key, read, meaning, label=label, vector=value is read_vector, **other)
+    vector, several = value is read_vector, value is read_vanishing
+    read = Entries(value, what, example, label, families=families, several=vector or several)
+    return Row(key, read, meaning, label=label, vector=vector, several=several, **other)
 
 
 SECTIONS = Table(
@@ -194,8 +195,8 @@ SECTIONS = Table(
             "constraints",
             "constraint",
             read_vanishing,
-            "name -> an expression f(r, q, t) that stays 0: a holonomic constraint, with a Lagrange "
-            "multiplier, see [below](#constraints)",
+            "name -> an expression f(r, q, t) that stays 0, or a vector that does: a holonomic constraint, "
+            "with a Lagrange multiplier, see [below](#constraints)",
             example="rod: x**2 + y**2 - l**2",
             also="constraint holonomic holonomic_constraints closures closure loops restrictions",
             rule=Rule(
@@ -209,7 +210,8 @@ SECTIONS = Table(
             "nonholonomic",
             "nonholonomic constraint",
             read_vanishing,
-            "name -> an expression, linear in the velocities, that stays 0 (Lagrange and d'Alembert)",
+            "name -> an expression or a vector, linear in the velocities, that stays 0 (Lagrange and "
+            "d'Alembert)",
             example="blade: y_dot*cos(theta) - x_dot*sin(theta)",
             also="nonholonomic_constraints velocity_constraints rolling anholonomic non_holonomic",
             rule=SOURCE,

@@ -53,10 +53,10 @@ class Row:
 
     The rest concerns keys with expressions. ``label`` stands before an entry's name in messages ("force on").
     ``rule`` says what the expressions may depend on; each is a ``vector`` like its particle's position, or a
-    scalar. ``of`` is what the entries' names must belong to, None
-    where an entry declares a name. ``family`` is "all" where each member of a family must be given, "some"
-    where some may be, and empty where there are no families. A ``force`` is one of the keys that add to the
-    generalized forces (see ``model.forces``).
+    scalar, or a vector that stands for ``several`` scalars. ``of`` is what the entries' names must belong
+    to, None where an entry declares a name. ``family`` is "all" where each member of a family must be given,
+    "some" where some may be, and empty where there are no families. A ``force`` is one of the keys that add
+    to the generalized forces (see ``model.forces``).
     """
 
     key: str
@@ -67,6 +67,7 @@ class Row:
     label: str = ""
     rule: Rule = ANYTHING
     vector: bool = False
+    several: bool = False
     of: Kind | None = None
     family: str = ""
     force: bool = False

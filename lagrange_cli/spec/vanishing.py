@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from lagrange_cli.expression.parse import read
 from lagrange_cli.expression.syntax import Binary, Comparison, Span
-from lagrange_cli.spec.fields import read_scalar
+from lagrange_cli.spec.fields import read_scalar, read_vector
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
@@ -19,9 +19,11 @@ WALL = "a wall is a potential such as k*max(0, x - l)**2/2, or an event that set
 
 
 def read_vanishing(node: Node, where: str, problems: Problems) -> Expression | None:
-    """A scalar that stays 0. An equation is a mistake, but shows which scalar was meant."""
+    """A scalar or a vector that stays 0. An equation is a mistake, but shows which one was meant."""
     sides = EQUALS.split(node.text) if isinstance(node, Scalar) else []
-    if not isinstance(node, Scalar) or not all(map(is_side, sides)):
+    if not isinstance(node, Scalar):
+        return read_vector(node, where, problems)
+    if not all(map(is_side, sides)):
         return read_scalar(node, where, problems)
     kind, hint = "equation", "write one constraint for each equation"
     parts = [read(side, start) for side, start in zip(sides, starts(sides, node.text))]

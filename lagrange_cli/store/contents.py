@@ -135,7 +135,7 @@ progress = fields(
     },
     {
         "base": table(number), "events": sequence(row(*event)), "actions": sequence(number),
-        "unknown": table(finite), "singular": sequence(finite),
+        "unknown": table(finite), "singular": sequence(finite), "extent": number,
     },
 )  # fmt: skip
 outcome = fields(

@@ -205,11 +205,13 @@ def check_same(shown: str, earlier: Any, run: Attributes) -> None:
 
 
 def difference(earlier: Any, run: Attributes) -> str | None:
-    """The first attribute that only one of ``run`` and ``earlier`` has, or that differs between them."""
+    """The first attribute that only one of ``run`` and ``earlier`` has, or that differs between them: what
+    says more comes first."""
     if not isinstance(earlier, Mapping):
         return "generator"
     missing = [name for name in DIFFERENT if name in earlier and name not in run]
-    differing = (name for name, value in run.items() if not same(earlier.get(name), value))
+    ordered = (*(name for name in DIFFERENT if name in run), *(name for name in run if name not in DIFFERENT))
+    differing = (name for name in ordered if not same(earlier.get(name), run[name]))
     return next(differing, None) or next(iter(missing), None)
 
 

@@ -70,6 +70,27 @@ def test_a_result_is_shown_without_options(made):
     assert "--" not in f"{made()} {made()!r}"
 
 
+FALL = {"coordinates": {"x": {"initial": 1}}, "lagrangian": "x_dot**2/2 + 1/x", "solve": {"stop": 2}}
+
+
+def test_a_motion_that_ends_is_explained_in_words_of_python(tmp_path):
+    with pytest.raises(lagrange.MotionError, match="end the run before it with stop, or") as caught:
+        lagrange.solve(FALL)
+    motion = caught.value.result
+    motion.save(tmp_path / "fall.h5")
+    for message in (str(caught.value), motion.message, lagrange.load(tmp_path / "fall.h5").message):
+        assert "--" not in message
+    assert "--stop" in motion.attributes["message"]  # as in the file that the command writes
+
+
+def test_a_wrong_system_is_explained_in_words_of_python():
+    free = {"coordinates": {"x": None}, "lagrangian": "x_dot**2/2"}
+    with pytest.raises(lagrange.SpecError) as caught:
+        lagrange.solve(free, stop=1)
+    assert caught.value.problems[0].hint == "write x: {initial: 0.1}, or set={'x': 0.1}"
+    assert caught.value.problems[0].hint in str(caught.value)
+
+
 @pytest.mark.parametrize("draw", [lagrange.plot, lagrange.animate], ids=["plot", "animate"])
 def test_a_system_is_no_result(draw):
     with pytest.raises(lagrange.UsageError, match=r"is a system file, not an output: give what"):

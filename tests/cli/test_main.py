@@ -49,6 +49,9 @@ def test_help_names_every_command_with_its_purpose(capsys):
         (["solve", "--dt=0.1"], "; did you mean --step?"),
         (["sweep", "-n", "10"], "; did you mean --samples?"),
         (["solve", "--out", "x"], "; did you mean --output or --outputs?"),
+        (["solve", "--csv"], "; did you mean --format csv?"),
+        (["equations", "--latex"], "; did you mean --format latex?"),
+        (["equations", "--hamilton"], "; did you mean --form hamilton?"),
         (["section", "--verbose"], ""),
         (["--json", "solve"], "; options follow the command"),
         (["--vesrion"], "; did you mean --version?"),
@@ -58,6 +61,14 @@ def test_an_option_that_was_perhaps_meant_is_named(arguments, hint, capsys):
     assert main(arguments) == 2
     option = next(one for one in arguments if one.startswith("-")).partition("=")[0]
     assert capsys.readouterr().err.endswith(f"Error: there is no option '{option}'{hint}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "hint"), [(["help"], "lagrange --help"), (["help", "solve"], "lagrange solve --help")]
+)
+def test_help_is_an_option(arguments, hint, capsys):
+    assert main(arguments) == 2
+    assert capsys.readouterr().err.endswith(f"there is no command 'help'; write {hint}\n")
 
 
 def test_a_file_without_a_command(tmp_path):

@@ -271,7 +271,7 @@ def test_members_that_cannot_be_followed_are_kept_and_named(tmp_path):
     answer = sweep_json(*options, "--outputs", "q", cwd=tmp_path, status=4)
     assert (answer["status"], answer["complete"], answer["failed"]) == ("failed", 2, 2)
     assert answer["message"].startswith(
-        "2 of 4 members failed; the first is member 1 (r_dot = 0): the step size fell below"
+        "2 of 4 members failed; the first is member 1 (r_dot = 0): the denominator r reaches 0 in -G/r"
     )
     with h5py.File(tmp_path / "fall_sweep.h5") as file:
         assert file["status"][()].tolist() == [b"complete", b"failed"] * 2

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from lagrange_cli.figures.draw import FADED, draw, figure_of
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
@@ -124,3 +125,34 @@ def test_every_text_can_be_drawn(text):
     panel = Panel(text, text, text, (Curve(X, X, text), Curve(X, X, text)))
     assert draw(Page(text, (panel,), text), ".svg").startswith(b"<?xml")
     assert formula(text) == text or text.replace("$", r"\$") == formula(text)
+
+
+HUGE = np.array([1e308, -1.7e308, 1e306, 1.0, np.inf, np.nan])
+SIX = np.arange(6.0)
+ITEMS = {
+    "y": Curve(SIX, HUGE),
+    "x": Curve(HUGE, SIX),
+    "z": Curve(SIX, SIX, z=HUGE),
+    "band": Band(SIX, HUGE, HUGE),
+    "histogram": Histogram(HUGE),
+    "map": Map(SIX[:3], SIX[:2], HUGE.reshape(2, 3), "z"),
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("item", ITEMS.values(), ids=ITEMS)
+def test_numbers_that_leave_no_range_are_not_drawn(item):
+    panel = Panel("a", "x", "y", (item,), z="z" if getattr(item, "z", None) is not None else "")
+    assert draw(Page("huge", (panel,)), ".png").startswith(b"\x89PNG")
+    if not panel.z:
+        assert as_text(Page("huge", (panel,)), 80, colored=False)
+
+
+def test_a_long_title_has_several_lines():
+    one, long = (figure_of(Page(name, PAGE.panels[:2])) for name in ("name", "a long name " * 20))
+    for figure in (one, long):
+        FigureCanvasAgg(figure).draw()
+    box = long._suptitle.get_window_extent()
+    assert box.x0 >= 0 and box.x1 <= long.bbox.x1 and "\n" in long.get_suptitle()
+    assert long.axes[0].get_window_extent().y1 < box.y0
+    assert "\n" not in one.get_suptitle()

@@ -112,6 +112,62 @@ generalized_forces:
     assert motion["v/zu"][-1] > 0
 
 
+PAIR = """
+parameters: {{A: {A}, k: {k}, K: {K}, V: {V}}}
+definitions: {{s: "V*t - {start}", road: "where(s > 0, A*({form}), 0)"}}
+coordinates: {{x: {{initial: 0}}, y: {{initial: 0}}}}
+masses: {{a: {a}, b: {b}}}
+embedding: {{a: [x], b: [y]}}
+potential: k*(x - y)**2/2 + K*(y - road)**2/2
+generalized_forces: {{x: "-{c}*(x_dot - y_dot)", y: "{c}*(x_dot - y_dot)"}}
+"""
+ROADS = ["1 - cos(2*s)", "(0.55*s + 1)**2 - 1", "log(1 + 0.6*s**2)", "cosh(s) - 1", "sqrt(1 + 6*s**2) - 1"]
+DAMPERS = ["0", "0.3", "where(x_dot > y_dot, 20.2, 0.15)"]
+
+
+@pytest.mark.parametrize("damper", DAMPERS)
+@pytest.mark.parametrize("road", ROADS)
+def test_what_follows_a_mass_that_begins_to_move_has_its_errors(road, damper, request):
+    """A mass is pushed by a spring, by another one, by the road: each at first by rounding errors of the one
+    before. Both methods agree, and none takes these for motion."""
+    source = random.Random(f"{road} {damper} {request.config.option.seed}")
+    scales = {"A": (-3, 1), "k": (0, 2.5), "K": (0, 2.5), "V": (0, 1), "a": (-0.5, 1.5), "b": (-0.5, 1.5)}
+    given = {name: f"{10 ** source.uniform(*both):.3g}" for name, both in scales.items()}
+    text = PAIR.format(start=source.choice(["0.3", "5", "5/7"]), form=road, c=damper, **given)
+    print(text)
+    stop = 5.8 / float(given["V"])
+    motions = [follow(text, stop, 3, method=method) for method in ("taylor", "ias15")]
+    for motion in motions:
+        assert motion.outcome.ending is Ending.COMPLETE
+        assert motion.outcome.steps <= 6000
+    for name in ("x", "y"):
+        one, other = (motion[f"q/{name}"][-1] for motion in motions)
+        assert abs(one - other) <= 1e-10 * abs(one)
+
+
+CHATTERING = """
+parameters: {A: 0.0044}
+definitions: {s: "4.89*t - 5", road: "where(s > 0 and s < 0.607, A*((0.548*s + 1)**2 - 1), 0)"}
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+masses: {a: 14.3, b: 10.9}
+embedding: {a: [x], b: [y]}
+potential: 18.4*(x - y)**2/2 + 12.7*(y - road)**2/2
+generalized_forces:
+  x: "-where(x_dot > y_dot, 20.2, 0.153)*(x_dot - y_dot)"
+  y: "where(x_dot > y_dot, 20.2, 0.153)*(x_dot - y_dot)"
+"""
+
+
+def test_a_switch_of_velocities_that_are_rounding_errors_does_not_hold_the_motion(tmp_path):
+    """By rounding alone one mass is faster at first, while the force is about to drive the other one."""
+    end = ["--stop", "1.5", "--samples", "3"]
+    found = {name: solved(tmp_path, CHATTERING, *end, "--method", name) for name in ("taylor", "ias15")}
+    assert all(said["steps"] <= 100 for said, _ in found.values())
+    for name in ("q/x", "q/y"):
+        one, other = (data[name][-1] for _, data in found.values())
+        assert abs(one - other) <= 1e-10 * abs(one)
+
+
 def test_only_forces_at_rest_that_cancel_are_known_to_their_rounding():
     assert not rounding_at_rest(residual_of("double_pendulum"))
     assert not rounding_at_rest(residual_of("fpu_chain"))

@@ -14,6 +14,7 @@ from PIL import Image
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FRAMES
 from lagrange_cli.figures.scene import shown_time
+from lagrange_cli.records import replace
 from lagrange_cli.run.animate import find_folder, write
 from lagrange_cli.run.monitor import Silence
 from lagrange_cli.run.reel import (
@@ -243,3 +244,14 @@ def test_the_command(folder, tmp_path):
     ):
         done = lagrange("animate", folder / "run.h5", *arguments, cwd=tmp_path)
         assert done.returncode == status and message in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("size", [(640, 480), (400, 200), (1920, 1080)])
+@pytest.mark.parametrize("name", ["a long name of a system " * 10, "W" * 200, "short"])
+def test_a_title_ends_within_the_picture(folder, name, size):
+    scene = replace(reel(folder, "run.h5"), name=name, size=size).scene()
+    (title,) = [one for one in scene.canvas.figure.texts if one.get_fontweight() == "bold"]
+    box, picture = title.get_window_extent(), scene.canvas.figure.bbox
+    assert box.x0 >= 0 and box.x1 <= picture.x1
+    shown = title.get_text().removesuffix("\N{HORIZONTAL ELLIPSIS}")
+    assert name.startswith(shown) and len(shown) >= min(len(name), 20)

@@ -86,6 +86,18 @@ def test_the_expression_that_ends_a_motion_is_named(case, precision, tmp_path):
         assert float(found[2]) == pytest.approx(end, rel=1e-8)
 
 
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("case", ENDS)
+def test_the_expression_that_ends_a_member_of_a_sweep_is_named(case, tmp_path):
+    text, expected, _ = ENDS[case]
+    (tmp_path / "a.yaml").write_text(text)
+    initial = re.search(r"x: {initial: ([0-9.]+)", text)
+    same = "m=1" if initial is None else f"x={initial[1]}"
+    done = lagrange("sweep", "a.yaml", "--stop", 80, "--over", same, cwd=tmp_path)
+    assert done.returncode == 4
+    assert f"): {expected} at t = " in done.stderr
+
+
 def test_what_outgrows_all_numbers_is_no_collision(tmp_path):
     (tmp_path / "a.yaml").write_text(line(0, "x_dot**2/2 - x**2/2", 1) + "dissipation: x_dot**2/2\n")
     done = lagrange("solve", "a.yaml", "--stop=-2000", "--step", 100, cwd=tmp_path)

@@ -23,6 +23,7 @@ def folder(tmp_path):
     ("name", "meant"),
     [
         ("wedge.yml", "wedge.yaml"),
+        ("wedge", "wedge.yaml"),
         ("Wedge.yaml", "wedge.yaml"),
         ("chain_of_bead.yaml", "chain_of_beads.yaml"),
         ("ladder.yaml", ""),  # a folder

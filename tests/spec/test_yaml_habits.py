@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lagrange_cli.expression.scan import WORDS
+from lagrange_cli.spec.read import read_spec
 from tests.support.files import PENDULUM, changed, problems, underlined
 
 POSITION = "  bob: [l*sin(theta), -l*cos(theta)]"
@@ -136,3 +137,8 @@ def test_lists_that_are_none_say_how_they_are_written(value, message, hint):
 def test_the_number_of_members_is_no_length():
     text = "parameters: {m: [1, 2]}\ncoordinates: {'x[i in range(len(m))]': {initial: 1}}\nlagrangian: 1\n"
     assert "the number of members is a number or one of the sizes" in problems(text)[0].hint
+
+
+def test_a_name_of_several_lines_is_one_line():
+    text = "name: |\n  two\n  lines\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2\n"
+    assert read_spec(text, "x.yaml").name == "two lines"

@@ -97,7 +97,7 @@ def section(
 
     \b
     lagrange section henon_heiles.yaml --where x --crossings 10000
-    lagrange section henon_heiles.yaml --where x --over y0=-0.2:0.4:31
+    lagrange section henon_heiles.yaml --where x --over y0=-0.2:0.4:31 -o many.h5
     lagrange section driven_damped_pendulum.yaml --every 2*pi/Omega --over A=1:1.5:500
     """
     from lagrange_cli.run.sections.request import SectionRequest

@@ -42,9 +42,9 @@ def sweep(system: str, asked: Invocation, draws: Draws, jobs: int | None) -> int
 
     \b
     lagrange sweep pendulum.yaml --over theta=0:3:31
-    lagrange sweep pendulum.yaml --over l=log:0.1:10:5 --over m=1,2
-    lagrange sweep pendulum.yaml --random 'theta=normal(0,0.1)' --members 1000
-    lagrange sweep pendulum.yaml --table runs.csv --outputs q,v --samples 101
+    lagrange sweep pendulum.yaml --over l=log:0.1:10:5 --over m=1,2 -o grid.h5
+    lagrange sweep pendulum.yaml --random 'theta=normal(0,0.1)' --members 1000 -o random.h5
+    lagrange sweep pendulum.yaml --table runs.csv --outputs q,v --samples 101 -o runs.h5
     """
     threads = processors() if jobs is None else jobs
     return run_each((system,), lambda one: sweep_system(one, asked, draws, threads), as_json=asked.as_json)

@@ -90,7 +90,7 @@ def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
     """The ensemble in a few lines."""
     ensemble, start = swept.ensemble, swept.start
     settings, members = ensemble.settings, ensemble.values.members
-    shape = " x ".join(f"{length} {name}" for name, length in ensemble.members.shape.items())
+    shape = ensemble.members.in_words
     ended = [f"{outcome.count('complete')} reached the end"]
     ended += [f"{n} {status}" for status in STATUSES[1:] if (n := outcome.count(status))]
     seed = ensemble.members.seed

@@ -24,6 +24,8 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.native.compilation.machine import Machine
+
     Index = NDArray[np.int64]
     Emit = Callable[[Index, dict[str, Any]], None]
     Explain = Callable[[int, End], Cause | None]
@@ -39,6 +41,15 @@ LOW_TIME = f"{LOW}t"
 def unexplained(member: int, end: End) -> Cause | None:
     """No reason for the end of a member's motion is known."""
     return None
+
+
+def accelerations(machine: Machine, parameters: Array, t: float, state: Array) -> Array:
+    """Those of the coordinates where a motion ended; none where it did not begin."""
+    from lagrange_cli.integrate.methods.one_state import space_at
+
+    if not np.all(np.isfinite(state)):
+        return np.zeros(0)
+    return space_at(machine, parameters, t, state).rates()[: machine.program.degrees]
 
 
 class EnsembleDatasets:
@@ -142,7 +153,8 @@ class EnsembleDatasets:
         self._steps += int(batch.steps.sum())
         for member, ending, t, state in zip(index, batch.ending, batch.t, batch.state):
             if ending.status == "failed" and (self._failed is None or member < self._failed[0]):
-                end = End(ending, float(t), state, 0, 0)
+                given = self._parameters[member - self._first], float(t), state
+                end = End(ending, *given[1:], 0, 0, accelerations=accelerations(self._machine, *given))
                 end = replace(end, cause=self._explain(int(member), end))
                 self._failed = int(member), sentence(end, self._recording.coordinates, self._start)
 

@@ -29,9 +29,9 @@ NEAR = 2.0**-40
 """Deviations up to this fraction of the state are left to ``@project``."""
 FEW = 64
 """Constraints up to which the matrix is a dense one."""
-PATIENCE, LAST = 4, 2.0**-52
-"""Where the state is not found to the last digit after so many steps, rounding may change it for ever, by
-this part of it."""
+PATIENCE = 4
+"""Where the state is not found to the last digit after so many steps, rounding may change it for ever: then
+changes do not become smaller."""
 EXACT = 2.0**-44
 """What elimination leaves is rounding if it is this part of what constraints are off by."""
 MET = 2.0**-20
@@ -158,15 +158,18 @@ class Impulses:
         project, count = self._settling.machine.project, float(memory[place])
         assert project is not None
         n = self._program.degrees
-        parts = slice(0, n), slice(n, 2 * n)
+        parts, last = (slice(0, n), slice(n, 2 * n)), [np.inf, np.inf]
         for k in range(MOST):
             before, state = float(memory[place]), memory[: 2 * n].copy()
             project(self._settling.constants.ctypes.data, memory.ctypes.data)
-            changes = ((np.abs(memory[one] - state[one]), np.abs(state[one])) for one in parts)
+            changes = [float(np.max(np.abs(memory[one] - state[one]), initial=0.0)) for one in parts]
+            sizes = [float(np.max(np.abs(state[one]), initial=0.0)) for one in parts]
             noise = k >= PATIENCE and all(
-                np.max(change, initial=0.0) <= LAST * np.max(size, initial=0.0) for change, size in changes
+                change <= NEAR * size and not 0.0 < change < 0.5 * earlier
+                for change, size, earlier in zip(changes, sizes, last)
             )
             if memory[place] == before or noise:
                 memory[place] = count
                 return True
+            last = changes
         return False

@@ -28,7 +28,8 @@ class MethodRow:
     steps of one that ``proves`` them do not pass over forces that act for a short time only. A ``portable``
     method gives the same bits on every machine. A ``parallel`` one spends its time in compiled code, so that
     several motions are followed at once. Whether a run can be resumed is no property of the row: a method
-    that gives no snapshots is started again. One that ``constrains`` keeps motions to constraints.
+    that gives no snapshots is started again. One that ``constrains`` keeps motions to constraints. Errors of
+    one that is ``absolute`` are relative to 1 + the size of a coordinate or velocity.
     """
 
     name: str
@@ -40,6 +41,7 @@ class MethodRow:
     parallel: bool = False
     finds_events: bool = False
     constrains: bool = False
+    absolute: bool = False
 
 
 TAYLOR = "taylor"
@@ -90,10 +92,11 @@ METHODS = {
                 parallel=True,
                 finds_events=True,
                 constrains=True,
+                absolute=True,
             )
             for name in (MODERATE, STIFF)
         ),
-        MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
-        MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),
+        MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY, absolute=True),
+        MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY, absolute=True),
     )
 }

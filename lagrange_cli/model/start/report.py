@@ -168,7 +168,7 @@ class Refusal:
         """A constraint is a length or a root, that becomes 0."""
         hint = "write what is under the root"
         if function == "norm":
-            hint = "write a constraint for each component that stays 0, as a.x - b.x and a.y - b.y"
+            hint = "write the vector itself, as in a - b: each of its components is a constraint"
         message = f"constraint '{name}' has no derivative where it is satisfied: {function}(...) is 0 there"
         return self.source.error(self.written(name).place, message, hint)
 

@@ -13,6 +13,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
+from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
@@ -198,6 +199,21 @@ class Arrangement:
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
         """M and 1/M, where M is diagonal."""
+        self.rounded = self.held = None
+        """The rounding errors of forces that may cancel at rest, and what gives the multipliers in them."""
+        if stepping and self.diagonal:
+            pulled = type(self.motion) is AlongMotion and kind.parts == 1 and bool(scheme)
+            self.rounded = rounding_at_rest(system, pulled=pulled)
+            if self.rounded is not None:
+                self.rounded = self.lasting.arranged(self.rounded, kept=False)
+                self.held = AtAState(system, self.lasting) if pulled else None
+        self.shaken: Balance | None = None
+        """The same of joints, which move by them, with these ``signs``."""
+        self.signs = Array(Source.TOTAL, self.degrees)
+        if self.balance is not None and stepping:
+            self.signs = Array(Source.TOTAL, max(self.degrees, self.balance.count))
+            shaken = rounding_of_joints(system, self.signs)
+            self.shaken = Balance(shaken, self.lasting.arranged) if shaken else None
         self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size, self.board, self.lines, self.strips = 0, 0, 0, 0
@@ -207,6 +223,8 @@ class Arrangement:
             self.place(self.modes.signs, self.modes.signs.count)
         if self.contact is not None:
             self.place(self.contact.signs, self.contact.count)
+        if self.shaken is not None:
+            self.place(self.signs, self.signs.count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
 

@@ -38,7 +38,8 @@ from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.double_double import operations
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
@@ -188,6 +189,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
         given = self.with_integrals(self.given(interface, 2 * orders * width, floors), lengths)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
+        if self.shaken is not None:  # whose accelerations are doubles
+            texts += [*numbers("", RATES + 4), rests(RATES + 4)]
         return given.work, texts, (lengths.first, lengths.row, lengths.term)
 
     def with_integrals(self, given: Given, lengths: Lengths) -> Given:
@@ -215,7 +218,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
-            alone=bool(self.own_actions.loops), coupled=self.together,
+            alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
         )  # fmt: skip
 
     @cached_property
@@ -253,6 +256,20 @@ class FamilyProgram(Returning, Observation, MotionJets):
         first = self.size
         self.size += proof_room(self)
         return partial(FamilyProof, self, first)
+
+    def static(self) -> str:
+        """``@allow_static``, if forces may cancel at rest; its arrays are the next ones."""
+        if self.system.passes or (self.modes is not None and self.modes.vectors):
+            return ""  # steps as short as time resolves would pass where motions stop
+        if self.rounded is None and self.shaken is None:
+            return ""
+        from lagrange_cli.native.families.static_forces import of_joints, where_diagonal
+
+        unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
+        if self.shaken is not None:
+            return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)
+        assert self.rounded is not None
+        return where_diagonal(self, self.rounded, unit)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""

@@ -21,6 +21,7 @@ from lagrange_cli.native.stepping.guard_search import NO_GUARD
 from lagrange_cli.native.stepping.guards import MARGIN, NEAR, PART
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.progress import BLIND, MOVED, NOTHING, Progress
+from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.steps import Now, copy_function
 from lagrange_cli.records import dataclass
 
@@ -28,6 +29,8 @@ LAG = 0.7
 """The factor by which the usual step may shrink per step, as steps do in front of a singularity."""
 PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
+CHATTERS = 4.0
+"""If a switch has changed so many times while t hardly changes, it may be by rounding."""
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 SMALLEST = 2.0**-1022
@@ -99,12 +102,11 @@ def plan(at: Progress, now: Now) -> Planned:
         leave_at_root(at, now, by_series)
     left = (at.stop - t) - now.low
     h, passed = steps.vet(f, now, by_series, left, gap.equals(0.0)), f.magnitude(t)
-    if steps.given.static and not steps.constrained:
-        resolved = passed * (2.0 * steps.bounds.ulp)
-        creeps = (h < resolved) & f.call(
-            Bit, "creeps", f.pointer("%work"), *steps.scaled(f, now.unit, resolved)
-        )
-        h = f.select(creeps, resolved, h)
+    if creeping(at):
+        length = f.variable(h)
+        with f.when(h < resolved(at, passed)), f.when(creeps(at, now, passed)):
+            length.set(resolved(at, passed))
+        h = length.get()
     reach = f.smaller(h, left)
     too_short = (h <= passed * steps.bounds.shortest + SMALLEST) & (h < left)
     with f.when(too_short | (at.tries.get() >= TRIES)):
@@ -114,6 +116,23 @@ def plan(at: Progress, now: Now) -> Planned:
     kept = usual, last, times, leaving, lax
     aims = f.variable(at.yes), f.variable(gap), f.variable(h)
     return Planned(now, by_series, sound, left, h, reach, passed, gap, *kept, *aims)
+
+
+def creeping(at: Progress) -> bool:
+    """Whether steps may be shorter than time resolves although hardly anything moves: where forces begin that
+    are rounding errors at first."""
+    return bool(at.steps.given.static) and not at.steps.constrained
+
+
+def resolved(at: Progress, passed: Real) -> Real:
+    """The shortest step that moves the time then."""
+    return passed * (2.0 * at.steps.bounds.ulp)
+
+
+def creeps(at: Progress, now: Now, passed: Real) -> Bit:
+    """Whether hardly anything moves in it."""
+    f = at.f
+    return f.call(Bit, "creeps", f.pointer("%work"), *at.steps.scaled(f, now.unit, resolved(at, passed)))
 
 
 def leave_at_root(at: Progress, now: Now, by_series: Real) -> None:
@@ -168,13 +187,17 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
     f, steps = at.f, at.steps
     ahead = f.smaller(step.bound.get(), step.left)
     root, which, known = steps.first_guard(f, step.now, ahead)
+    if creeping(at) and steps.guards and steps.guards.switches:
+        root, known = without_chatter(at, step, root, which, known)
     step.bound.set(f.select(known < ahead, known, step.bound.get()))
     with f.when(root <= ahead):
         due.set(which)
         with f.when(root < 0.0):
+            if creeping(at):
+                at.count_pass()
             at.leave(Stop.GUARD)
         with f.when(root.equals(0.0)):
-            at.change_mode(step.now)
+            at.change_mode(step.now, at.zero)
             steps.forget(f)
             if at.listed and steps.given.near and steps.guards and steps.guards.rows.affected:
                 steps.given.near.renew(f)
@@ -191,6 +214,23 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
             step.bound.set(f.select(close, root, root * (1.0 - MARGIN)))
         assert steps.guards
         step.bound.set(steps.guards.beyond(f, step.bound.get(), which, ahead))
+
+
+def without_chatter(
+    at: Progress, step: Planned, root: Real, which: Integer, known: Real
+) -> tuple[Real, Real]:
+    """The root of a guard, and how far others are known to have none. Where a switch has changed again and
+    again while hardly anything moves, its argument is a rounding error: the next change is looked for once
+    time has moved, and has no root until then."""
+    f, guards = at.f, at.steps.guards
+    assert guards
+    found, until, least = f.variable(root), f.variable(known), resolved(at, step.passed)
+    soon = (root < least) & ~root.equals(0.0) & (at.clock(Clock.PASSES) >= CHATTERS)
+    with f.when(soon & guards.is_switch(f, which)), f.when(creeps(at, step.now, step.passed)):
+        f.store(at.zero, at.state, which + guards.rows.fresh(at.steps.state))
+        found.set(f.constant(ENDLESS))
+        until.set(least)
+    return found.get(), until.get()
 
 
 def take(at: Progress, planned: Planned) -> None:

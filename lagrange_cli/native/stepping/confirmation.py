@@ -73,7 +73,7 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
         at.limited.set(at.limited_before.get())
         at.leave(Stop.SAMPLES, less)
     if at.due is not None:
-        with f.when(~at.due.get().equals(NO_GUARD)), f.when(~at.change_mode(now)):
+        with f.when(~at.due.get().equals(NO_GUARD)), f.when(~at.change_mode(now, at.length.get())):
             steps.forget(f)
             rounds.go_on()
 

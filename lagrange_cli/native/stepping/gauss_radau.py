@@ -20,7 +20,7 @@ from lagrange_cli.native.stepping.gauss_radau_lengths import LEAST, GaussRadauLe
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
 from lagrange_cli.native.stepping.gauss_radau_sizes import ORDER
 from lagrange_cli.native.stepping.polynomial import powers
-from lagrange_cli.native.stepping.rate_places import HEADER
+from lagrange_cli.native.stepping.rate_places import HEADER, TRIED
 from lagrange_cli.native.stepping.rate_steps import Trial
 
 CONVERGED = 1e-12
@@ -39,6 +39,8 @@ class GaussRadauSteps(GaussRadauLengths):
     """Steps of ``ias15``."""
 
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
+        if self.given.static:
+            f.store(h, "%work", self._places.chosen + TRIED)
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
         factor, finite = self.judged(f, doubtful & regular, lambda: self._factor(f))

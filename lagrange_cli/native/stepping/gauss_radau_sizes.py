@@ -60,19 +60,19 @@ class GaussRadauSizes(RateSteps):
     def _put(self, f: Function, value: Real, first: int, k: int, i: Integer) -> None:
         f.store_row(value, "%work", i + (first + k * self.span))
 
-    def begin(self, f: Function, first: Bit) -> None:
+    def begin(self, f: Function, first: Bit, h: Real) -> Real:
         """Where nothing moves and no force acts, find out how large accelerations are a little later."""
         if not self.lengths.floor:
-            return
+            return h
         place = self._places.chosen + LATER
         f.store(f.constant(0.0), "%work", place)
         with f.when(self._largest(f, f.splat(f.constant(1.0), self.lengths.lanes)).equals(0.0)):
             asked = f.load("%state", self.state.carried_at + NEXT)
-            h = f.select(first, self._first_length(f), asked)
+            later = f.select(first, self._first_length(f), asked)
             with f.loop(0, self.state.rows, self.lengths.lanes, tested=False) as i:
                 zero = f.zero(self.lengths.lanes)
                 self.put_state(f, i, zero, f.load_row("%state", i + self.state.width, self.lengths.lanes))
-            rates, _ = self.node(f, self.now(f) + h)
+            rates, _ = self.node(f, self.now(f) + later)
             largest = f.variable(f.zero(self.lengths.lanes))
             with self._each(f, self.lengths.degrees) as i:
                 rate = f.magnitude(f.load_row(rates, i, self.lengths.lanes))
@@ -80,6 +80,7 @@ class GaussRadauSizes(RateSteps):
                 largest.set(f.larger(f.select(counts, rate, f.zero(self.lengths.lanes)), largest.get()))
             f.store(f.reduce("fmax", largest.get()), "%work", place)
             self.spend(f, f.constant(1.0))
+        return h
 
     def _write_scale(self, f: Function, i: Integer, length: Real, least: Real, change: Real) -> None:
         """Write down the ``length`` of the step over the size of velocities: theirs, the ``least`` one, their

@@ -30,10 +30,14 @@ from lagrange_cli.native.stepping.rate_steps import RateSteps
 VERSION, WHEN, RENEW, ERROR, CHOSEN = range(5)
 """What is carried as it is (``notes``): the version of the derivatives and the time they belong to; whether
 the next step takes new ones; the square of the last error, and the length of its step."""
-KNOWN, FACTORED, LENGTH_FACTORED, CURRENT, TRIED, THETA = range(6)
+KNOWN, FACTORED, LENGTH_FACTORED, CURRENT, TRIED, THETA, FASTEST = range(7)
 """What describes ``%work`` (``cache``): the version of its derivatives; version and length of step of its
 matrices; whether its derivatives are those where the step begins; whether the step is tried again; by what
-Newton's steps became shorter."""
+Newton's steps became shorter; the square of the largest rate (of an oscillation, or a decay) that the
+derivatives tell of."""
+CYCLE = 0.25
+"""The first trial is not longer than this over the largest rate. Of far longer ones the error is unknown:
+they end where an oscillation would be if it had come to rest."""
 MOST_NUMBERS = whole("numbers")
 DIFFERENCE, SMALL = 2.0**-52, 1e-5
 """A difference is the root of this times a coordinate, or times what it is at least (Hairer and Wanner)."""
@@ -145,8 +149,8 @@ class ImplicitSteps(RateSteps):
         """How often rates are computed for them."""
         return 2.0 * self.coupling.colours + 1.0
 
-    def begin(self, f: Function, first: Bit) -> None:
-        """The derivatives that the step begins with."""
+    def begin(self, f: Function, first: Bit, h: Real) -> Real:
+        """The derivatives that the step begins with. The first trial is shorter than all oscillations."""
         layout, lanes = self.state, self.lengths.lanes
         for number in range(LANES):
             self.note(f, f.load("%state", layout.carried_at + HEADER + number), number)
@@ -162,6 +166,8 @@ class ImplicitSteps(RateSteps):
         self.spend(f, renewed * self.evaluations)  # where old ones are computed once more does not count
         with f.when(~self.noted(f, KNOWN, "cache").equals(version)):
             self.called(f, "slopes")
+        cycle = f.constant(CYCLE) / f.function("sqrt", self.noted(f, FASTEST, "cache"))
+        return f.select(first, f.smaller(h, cycle), h)
 
     def renew(self, f: Function) -> None:
         """Compute the derivatives where the step begins."""
@@ -177,6 +183,7 @@ class ImplicitSteps(RateSteps):
         f = Function(f"define internal void @slopes{HEAD}) #0")
         at, lanes, width, band = self._places, self.lengths.lanes, self.state.width, self.band
         colours, work = self.coupling.colours, f.pointer("%work")
+        fastest = f.variable(f.constant(0.0))
         state = f.place(work, at.state, "double")
         t = self.noted(f, WHEN)
         with f.loop(0, width, lanes, tested=False) as i:
@@ -204,6 +211,9 @@ class ImplicitSteps(RateSteps):
                         slope = (f.load(rates, k) - f.load("%work", k + self.areas["base"])) * share
                         slope = f.select(f.magnitude(slope) < math.inf, slope, f.constant(0.0))
                         f.store(slope, "%work", band.at(r, p) + self.areas[area])
+                        square = slope * slope if area == "by_v" else f.magnitude(slope)
+                        fastest.set(f.larger(square, fastest.get()))
+        self.note(f, fastest.get(), FASTEST, "cache")
         self.note(f, self.noted(f, VERSION), KNOWN, "cache")
         f.give()
         return f

@@ -158,6 +158,11 @@ class Steps(ABC):
         """Compute the series of guards' arguments that may be needed in a step of ``h``, where ``expand``
         does not."""
 
+    def arrive(self, f: Function, now: Now, since: Real) -> None:
+        """The same where a mode changes. The polynomials of steps that do not expand where they are began so
+        long ``since``."""
+        self.watch(f, now, f.constant(0.0))
+
     @abstractmethod
     def straighten(self, f: Function) -> None:
         """Set the coefficients from ``STRAIGHT`` on to 0."""

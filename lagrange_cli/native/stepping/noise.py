@@ -32,11 +32,14 @@ LASTS = 32.0
 """For so many steps what was found holds."""
 
 
-def keep_larger(row: Row, place: int, half: Real, whole: Real, counts: Callable[[Bit], Bit]) -> None:
+def keep_larger(
+    row: Row, place: int, half: Real, whole: Real, counts: Callable[[Bit], Bit], most: Real | None = None
+) -> None:
     """Keep the larger change, so many rows behind its own, where rates are smooth and it ``counts``; ``half``
-    is what half the change makes of them."""
+    is what half the change makes of them. It counts up to ``most``."""
     f, change = row.f, row.f.magnitude(whole)
     steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
+    change = change if most is None else f.smaller(change, most)
     before = row.at("%state", place)
     row.put(f.select(counts(steady), f.larger(change, before), before), "%state", place)
 

@@ -108,18 +108,24 @@ class Progress:
         most = guards.rows.records(guards.layout)
         return paused | (self.f.load_integer(self.info, RECORDED) + 1 >= most)
 
-    def change_mode(self, now: Now) -> Bit:
+    def count_pass(self) -> Real:
+        """Count that a guard has become 0; how often that was before while t hardly changed."""
+        f = self.f
+        passed, last = f.magnitude(self.clock(Clock.TIME)), self.clock(Clock.LAST_PASS)
+        times = self.clock(Clock.PASSES)
+        at_once = self.clock(Clock.TIME) - last <= passed * self.steps.bounds.no_time
+        self.remember(Clock.PASSES, f.select(at_once, times + 1.0, self.zero))
+        self.remember(Clock.LAST_PASS, self.clock(Clock.TIME))
+        return times
+
+    def change_mode(self, now: Now, since: Real) -> Bit:
         """Go on from here with the other mode of the guard that is due; whether the equations are the same.
-        The caller decides what is not simple."""
+        The caller decides what is not simple. The polynomials of steps began so long ``since``."""
         f, steps, due = self.f, self.steps, self.due
         assert due is not None
         assert steps.guards
-        steps.watch(f, now, self.zero)
-        passed, last = f.magnitude(self.clock(Clock.TIME)), self.clock(Clock.LAST_PASS)
-        times = self.clock(Clock.PASSES)
-        at_once = self.clock(Clock.TIME) - last <= passed * steps.bounds.no_time
-        self.remember(Clock.PASSES, f.select(at_once, times + 1.0, self.zero))
-        self.remember(Clock.LAST_PASS, self.clock(Clock.TIME))
+        steps.arrive(f, now, since)
+        times = self.count_pass()
         with f.when(times >= steps.guards.rows.changes):
             self.leave(Stop.GUARD)
         given = self.state, f.pointer("%constants"), due.get(), self.trial, self.info, f.pointer("%work")

@@ -18,7 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.rate_places import HEAD, LONGEST, ROUNDED, wide_of
@@ -46,6 +46,8 @@ LATER = 0.5
 """And the time, by this part of that: by whole units of its rounding."""
 MIXING, BITS = (2654435769, 2246822519, 3266489917), 2**32
 """Odd numbers of many bits, and the range of products of these that count."""
+MOST_LINKS = 16
+"""Errors are passed on by so many coordinates at most."""
 WAYS = 3
 """They are in so many ways: in one of them rates may change less by chance."""
 
@@ -64,13 +66,15 @@ def scattered(row: Row, way: Integer) -> Real:
 class RateNoise:
     """Measures rounding errors in ``steps``. The rates where the step begins are in ``%work`` from ``begin``
     on, there is room for three numbers of each row from ``spare`` on, and for the modes of guards; the state
-    at a node, which is left as it was, is at ``node``."""
+    at a node, which is left as it was, is at ``node``, and the length of the step that is
+    tried, where forces may cancel at rest, at ``tried``."""
 
     steps: Trials
     begin: int
     spare: int
     modes: int
     node: int
+    tried: int
 
     @property
     def place(self) -> int:
@@ -120,6 +124,7 @@ class RateNoise:
         write_coupled(f, lengths, steps.given.coupled, *places, steps.bounds.rounding)
         if steps.given.static:
             f.call(None, "allow_static", *f.pointers("constants", "state"), f.place("%state", self.place))
+            self._pass_on(f, half)
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         f.copy_rows((kept, 0), (node, 0), width, lanes)
@@ -127,6 +132,42 @@ class RateNoise:
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
         f.give()
         return f
+
+    def _pass_on(self, f: Function, half: Pointer) -> None:
+        """Let errors of rates move coordinates and velocities for the length of the step, and so change other
+        rates, link by link: what follows something that moves by rounding errors moves by them, too. Where
+        steps are short enough for what oscillates, no acceleration changes by more than the largest error."""
+        steps, lengths, place = self.steps, self.steps.lengths, self.place
+        width, lanes, degrees = steps.state.width, lengths.lanes, lengths.degrees
+        h = lengths.wide(f, f.load("%work", self.tried))
+        largest, endless = f.variable(f.zero(lanes)), f.splat(f.constant(ENDLESS), lanes)
+        with lengths.velocities(f) as row:
+            error = row.only(row.among(degrees, degrees), row.at("%state", place))
+            largest.set(f.larger(error, largest.get()))
+        most = lengths.wide(f, f.reduce("fmax", largest.get()))
+        links = f.variable(f.count(0))
+        with f.forever() as passing:
+            grown = f.variable(f.never(lanes))
+            for size in (0.5, 1.0):
+                with f.loop(0, width, lanes, tested=False) as i:
+                    row = Row(lengths, f, i)
+                    speed = row.at("%state", place) * h
+                    moved = f.select(row.among(0, degrees), row.at("%state", place + degrees) * h * h, speed)
+                    change = row.only(row.among(0, 2 * degrees), moved * scattered(row, links.get()) * size)
+                    steps.put_state(f, i, change, row.at("%state", width))
+                rates, _ = steps.node(f, steps.now(f))
+                with lengths.velocities(f) as row:
+                    change = row.at(rates, -degrees) - row.at("%work", self.begin - degrees)
+                    if size < 1.0:
+                        row.put(change, half)
+                        continue
+                    before = row.at("%state", place)
+                    bound = f.select(row.among(degrees, degrees), most, endless)
+                    keep_larger(row, place, row.at(half), change, partial(self._counts, row), bound)
+                    grown.set(grown.get() | (row.at("%state", place) > before * 2.0))
+            steps.spend(f, f.constant(2.0))
+            links.set(links.get() + 1)
+            passing.repeat(f.any(grown.get()) & (links.get() < min(degrees, MOST_LINKS)))
 
     def _where_none(self, f: Function, first: int, count: int) -> None:
         """Let the errors of so many velocities, where none was found, be the mean of the others: by chance no

@@ -14,8 +14,9 @@ EVALUATIONS, STALLED, SPAN, PATH, LONGEST, ROUNDED = range(CARRIED_COUNT, CARRIE
 what tells whether the motion is stuck (``stalling``), and whether rounding errors of rates are known
 (``rate_noise``)."""
 
-LATER = EVALUATIONS + 1
-"""Beside the length that is chosen: the largest acceleration a little later, of what rests without any."""
+LATER, TRIED = EVALUATIONS + 1, EVALUATIONS + 2
+"""Beside the length that is chosen: the largest acceleration a little later, of what rests without any; and
+the length that is tried, where forces may cancel at rest."""
 
 
 def span_of(layout: StateLayout) -> int:

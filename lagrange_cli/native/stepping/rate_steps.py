@@ -21,7 +21,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import side_by_side
 from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
 from lagrange_cli.native.stepping.rate_noise import RateNoise
-from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, Places
+from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, TRIED, Places
 from lagrange_cli.native.stepping.stalling import Stalling
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.watching import Watching, watched_rows
@@ -76,7 +76,8 @@ class RateSteps(RatesAtNodes):
             lengths = replace(lengths, floor=0)
         super().__init__(given, lengths, places)
         self.noise = None
-        self.rounding = RateNoise(self, places.begin, places.spare, places.modes, places.state)
+        at = places.begin, places.spare, places.modes, places.state, places.chosen + TRIED
+        self.rounding = RateNoise(self, *at)
         self.stalling = Stalling(layout.carried_at, given.tolerance)
         self.watching = None
         if self.guards:
@@ -121,8 +122,10 @@ class RateSteps(RatesAtNodes):
         """The part of velocities that is the error of steps across a place where friction jumps."""
         return STOPPED * self.given.tolerance
 
-    def begin(self, f: Function, first: Bit) -> None:
-        """Prepare for the trials of a step, perhaps the ``first`` one of a motion."""
+    def begin(self, f: Function, first: Bit, h: Real) -> Real:
+        """Prepare for the trials of a step, perhaps the ``first`` one of a motion. The length to begin with,
+        where it would be ``h``."""
+        return h
 
     @abstractmethod
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
@@ -218,6 +221,10 @@ class RateSteps(RatesAtNodes):
     def noise_at(self) -> int:
         return self.rounding.place
 
+    def arrive(self, f: Function, now: Now, since: Real) -> None:
+        if self.watching:
+            self.watching.shift(f, since)
+
     # a step
 
     def _tried(self) -> Function:
@@ -242,7 +249,7 @@ class RateSteps(RatesAtNodes):
                 f.give(f.constant(-1.0))
             f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
             self.rounding.forget(f)
-            self.begin(f, first)
+            h.set(self.begin(f, first, h.get()))
         with f.forever() as attempts:
             ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
             trial = self.attempt(f, t, low, h.get(), ratio, refused.get() >= self.patience)

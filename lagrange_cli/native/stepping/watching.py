@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import comb
 from typing import Protocol
 
-from lagrange_cli.native.guards import GuardRows
+from lagrange_cli.native.guards import NOTES, GuardRows
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -35,6 +36,8 @@ NEARER, DOUBTS = 0.0625, 8
 """Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often;
 likewise where only a part of it is examined. Polynomials of long steps have errors in which what hardly moves
 is lost."""
+NOTED = len(NOTES)
+"""The highest coefficient of an argument that is noted where an event happens."""
 NOW = 2.0**-60
 """The root is where the step begins if it is nearer than this part of t."""
 AT_ONCE = 2.0**-36
@@ -114,6 +117,18 @@ class Watching:
     def watch(self, f: Function, h: Real) -> None:
         """A call of ``@watch``."""
         f.call(None, "watch", *f.pointers("constants", "state", "work"), h)
+
+    def shift(self, f: Function, since: Real) -> None:
+        """The first coefficients about the end of a step that began so long ``since``, but for the values,
+        which are known there."""
+        width, last = self.steps.state.width, self.degree + 1
+        with f.loop(0, len(self.rows), tested=False) as j:
+            row = f.load_integer("@watched", j)
+            terms = {m: f.load("%work", row + m * width) for m in range(2, last + 1)}
+            for m in range(2, min(last, NOTED) + 1):
+                weights = [comb(k - 1, m - 1) * k / m for k in range(m, last + 1)]
+                shifted = [terms[k] * weight for k, weight in zip(range(m, last + 1), weights)]
+                f.store(polynomial(f, shifted, since), "%work", row + m * width)
 
     def first(self, f: Function, h: Real) -> tuple[Real, Integer, Real]:
         """A call of ``@located``."""

@@ -74,7 +74,8 @@ class Chart {
     pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     pen.clearRect(0, 0, width, height);
     if (found.title) this.title.textContent = found.title;
-    const [left, right] = span(found.lines.map((one) => one.x), 0), [low, high] = span(found.lines.map((one) => one.y), 0.06, found.least);
+    const xs = found.lines.map((one) => one.x), single = span(xs, 0)[0] === span(xs, 0)[1];
+    const [left, right] = span(xs, single ? 0.06 : 0), [low, high] = span(found.lines.map((one) => one.y), 0.06, found.least);
     this.range = null;
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = colour("soft");
@@ -89,7 +90,8 @@ class Chart {
     pen.textAlign = "center";
     for (const one of across) {
       rule(x(one), MARGIN.top, x(one), height - MARGIN.bottom);
-      pen.fillText(tickText(one, across), x(one), height - MARGIN.bottom + 12);
+      const text = tickText(one, across), room = width - pen.measureText(text).width / 2;
+      pen.fillText(text, Math.min(x(one), room), height - MARGIN.bottom + 12);
     }
     pen.textAlign = "right";
     for (const one of upward) {

@@ -29,7 +29,7 @@ from lagrange_cli.run.ensembles.members import (
     combine,
 )
 from lagrange_cli.run.ensembles.table import read_table
-from lagrange_cli.run.source import STANDARD_INPUT
+from lagrange_cli.run.source import STANDARD_INPUT, display_name
 from lagrange_cli.spec.settable import settable
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     axes: list[Axis] = []
     if draws.table is not None:
         columns = named_table(spec, draws.table)
-        shown = draws.table if isinstance(draws.table, str) else "the table"
+        shown = display_name(draws.table) if isinstance(draws.table, str) else "the table"
         axes.append(Axis(f"rows of {shown}", "row", len(next(iter(columns.values()))), columns))
     for name, given in draws.over:
         label = f"--over {name}={given}" if isinstance(given, str) else f"over {name}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -38,6 +39,12 @@ class Members:
     axes: tuple[tuple[str, Array | int], ...] = ()
     described: Mapping[str, Any] = {}
     seed: int | None = None
+
+    @property
+    def in_words(self) -> str:
+        """What is combined: ``11 omega x 5 theta``, ``1 row of runs.csv``."""
+        single = {name: re.sub(r"^(row|draw)s of ", r"\1 of ", name) for name in self.shape}
+        return " x ".join(f"{n} {single[name] if n == 1 else name}" for name, n in self.shape.items())
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import sys
 from array import array
 from collections.abc import Iterator
@@ -54,7 +55,7 @@ def read_columns(file: TextIO, shown: str) -> dict[str, NDArray[np.float64]]:
     names = [cell.strip() for cell in header]
     if not names:
         raise UsageError(f"{shown} is empty: the first line must name the columns, as in 'omega,theta'")
-    if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
+    if len(names) == 1 and len(re.split(r"[;\s]", names[0])) > 1:
         raise UsageError(f"{shown}:{first}: separate the columns by commas, as in 'omega,theta'")
     seen = set[str]()
     for name in names:

@@ -52,6 +52,10 @@ class Quantity:
         from lagrange_cli.symbolic.latex import Latex
 
         name, dot, component = self.name.partition(".")
+        if name.startswith(("R_", "lambda_", "constraint_")):  # R_bob.x, lambda_joint.x, lambda_joint.x[0]
+            stem, bracket, index = self.name.replace(".", "_").partition("[")
+            index, _, axis = index.partition("]")
+            return f"${Latex().symbol(shortened(f'{stem}{axis}{bracket}{index}' + ']' * bool(bracket)))}$"
         error = name.startswith("error_")
         made = Latex().symbol(shortened(name.removeprefix("error_")))
         if dot:
@@ -141,7 +145,8 @@ def look_up(result: Result, known: Mapping[str, Quantity], name: str, option: st
             if each.path == path and not any(each.index):
                 return each
     wanted = output_of(name)
-    if wanted and not result.solved_for_this:
+    there = any(result.within(folder) for folder, (_, output) in FOLDERS.items() if output == wanted)
+    if wanted and not there and not result.solved_for_this:
         raise UsageError(
             f"{option} {name}: {result.name} does not contain it: solve again with --outputs {wanted}"
         )

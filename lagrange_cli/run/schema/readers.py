@@ -222,7 +222,7 @@ READERS: Mapping[Callable[..., Any], Schema] = {
     read_scalar: SCALAR,
     read_solid: solid(),
     read_text: TEXT,
-    read_vanishing: SCALAR,
+    read_vanishing: VECTOR,
     read_vector: VECTOR,
     read_when: SCALAR,
     read_words: WORDS_LISTED,

@@ -201,3 +201,22 @@ def test_matrices_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(implicit, "MOST_NUMBERS", 500)
     with pytest.raises(TooLarge, match=r"the matrices of implicit steps of this system are .* numbers"):
         prepared(DRIVEN.replace("0.05", "0.06"), "Radau", 1e-7)
+
+
+@pytest.mark.parametrize("rate", [3.0, 1e2, 1e4])
+@pytest.mark.parametrize("phase", [1e-12, 1e-9])
+def test_an_oscillation_that_begins_after_a_rest_is_followed(rate: float, phase: float) -> None:
+    """A free flight, then a spring that begins to act where it is relaxed, or nearly: the length of steps on
+    the flight, or the velocity over an acceleration next to 0, says nothing about its oscillation."""
+    begin, speed = 10.0, 0.5
+    place = speed * begin - phase * speed / rate
+    text = f"""
+coordinates: {{x: {{initial: 0, velocity: {speed}}}}}
+lagrangian: x_dot**2/2
+generalized_forces: {{x: 'where(t < {begin}, 0, -{rate!r}**2*(x - {place!r}))'}}
+"""
+    after = 73.7 / rate
+    motion = radau(text, begin + after, 3, 1e-7)
+    amplitude, angle = speed * math.hypot(1.0, phase), math.atan(phase) + rate * after
+    assert motion["v/x"][-1] == pytest.approx(amplitude * math.cos(angle), abs=1e-4)
+    assert motion["q/x"][-1] == pytest.approx(place + amplitude * math.sin(angle) / rate, abs=1e-4)

@@ -183,6 +183,7 @@ def test_what_is_set_cannot_be_swept_and_sizes_neither():
         (b"thata\n1\n", "column 'thata': unknown name 'thata'; did you mean 'theta'?"),
         (b"theta;m\n1;2\n", ":1: separate the columns by commas"),
         (b"theta\tm\n1\t2\n", ":1: separate the columns by commas"),
+        (b"theta m\n1 2\n", ":1: separate the columns by commas"),
         (b"theta,m\n1,2\n\n1\n", ":4: expected 2 values, found 1"),
         (b"theta,m\n1,2\n1,2,3\n", ":3: expected 2 values, found 3"),
         (b"theta,m\n1,2\n1,two\n", ":3: m: expected a number, not 'two'"),
@@ -207,3 +208,13 @@ def test_a_table_that_cannot_be_read(tmp_path, name):
     with pytest.raises(LagrangeError) as raised:
         members(table=str(Path(tmp_path) / name))
     assert isinstance(raised.value, FileError) and "could not be read" in str(raised.value)
+
+
+@pytest.mark.parametrize(("count", "said"), [(1, "1 row of the table x 1 draw of --random"),
+                                             (2, "2 rows of the table x 2 draws of --random")])  # fmt: skip
+def test_one_is_singular(count, said):
+    table = {"omega": [1.0, 2.0][:count]}
+    found = members(
+        random=("theta=normal(0,1)",), members=count, table={k: np.array(x) for k, x in table.items()}
+    )
+    assert found.in_words == said

@@ -1,0 +1,102 @@
+"""``@allow_static`` of systems of families (see ``native.stepping.static_forces``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.arrangement import Arrangement
+from lagrange_cli.native.families.articulated import ArticulatedJet
+from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.constrained import solved_at_a_state
+from lagrange_cli.native.families.evaluation import room
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.series_places import JetSetting
+from lagrange_cli.native.families.spans import in_vectors
+from lagrange_cli.native.families.vectors import DoubleVectors
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.state import Clock
+from lagrange_cli.native.stepping.static_forces import HEAD, UNITS
+from lagrange_cli.native.stepping.step_size import ENDLESS
+
+SHAKEN = "shaken"
+"""The function that computes accelerations by rounding errors."""
+
+
+def where_diagonal(arrangement: Arrangement, sizes: Total, unit: float) -> str:
+    """The text of the function where M is diagonal, from the ``sizes`` of the errors of forces, in units of
+    rounding of this size. Its arrays are the next ones in scratch; numbers are doubles, the high parts of
+    others."""
+    f, system, degrees = Function(HEAD), arrangement.system, arrangement.degrees
+    vectors = DoubleVectors(f)
+    base = arrangement.scratch(vectors)
+    arrays: dict[Array, Pointer] = {
+        system.q: f.pointer("%state"),
+        system.v: f.place("%state", degrees, "double"),
+    }
+    held, fixed = arrangement.held, arrangement.lasting.fixed
+    first = needed([] if held is None else [held.square, held.right], arrangement.slots, fixed)
+    totals = [one for one in needed([sizes], arrangement.slots, fixed) if one not in first]
+    for total in (*first, *totals):
+        arrays[total] = vectors.place(base, arrangement.size)
+        arrangement.size += room(total.count)
+    time = f.load("%state", arrangement.layout.at(Clock.TIME))
+    evaluation = arrangement.evaluation(vectors, arrays, time)
+    if held is not None:
+        evaluation.write(first)
+        scratch, multipliers = vectors.place(base, arrangement.size), held.bonds.multipliers
+        arrangement.size += room(arrangement.tabled.size)
+        solved_at_a_state(evaluation, held, arrangement.tabled, scratch, multipliers)
+        totals = [one for one in totals if one is not multipliers]
+    evaluation.write(totals)
+    errors, inverses = (evaluation.where(one) for one in (sizes, arrangement.lasting.inverses))
+
+    def of(i: Integer, lanes: int) -> Real:
+        return f.load_row(errors, i, lanes) * f.magnitude(f.load_row(inverses, i, lanes))
+
+    allow(f, degrees, UNITS * unit, of)
+    f.give()
+    return f.text()
+
+
+def of_joints(arrangement: Arrangement, shaken: Balance, setting: JetSetting, unit: float) -> str:
+    """The same on chains and trees, from their accelerations by these errors, of doubles: with errors of one
+    sign, and with signs that alternate. What one of them cancels, the other does not."""
+    jet = ArticulatedJet(shaken, setting, SHAKEN)
+    text = jet.write().text
+    f, degrees, width = Function(HEAD), arrangement.degrees, arrangement.layout.width
+    vectors = DoubleVectors(f)
+    base, places = arrangement.scratch(vectors), list[Pointer]()
+    for count in (width, degrees, jet.work):
+        places.append(vectors.place(base, arrangement.size))
+        arrangement.size += room(count)
+    state, largest, work = places
+    signs = vectors.place(base, arrangement.places[arrangement.signs])
+    with f.loop(0, degrees, tested=False) as i:
+        f.store(f.load("%state", i), state, i)
+        f.store(f.constant(0.0), state, i + degrees)
+        f.store(f.constant(0.0), largest, i)
+    rates = f.place(work, width + degrees, "double")
+    for second in (0, 1):
+        with f.loop(0, arrangement.signs.count, tested=False) as i:
+            f.store(f.constant(1.0) - (i & 1).to_real() * (2.0 * second), signs, i)
+        f.call(Bit, SHAKEN, f.pointer("%constants"), f.load("%state", arrangement.layout.at(Clock.TIME)),
+               state, work)  # fmt: skip
+        with f.loop(0, degrees, tested=False) as i:
+            f.store(f.larger(f.magnitude(f.load(rates, i)), f.load(largest, i)), largest, i)
+    allow(f, degrees, UNITS * unit, lambda i, lanes: f.load_row(largest, i, lanes))
+    f.give()
+    return text + f.text()
+
+
+def allow(f: Function, degrees: int, units: float, of: Callable[[Integer, int], Real]) -> None:
+    """Add so many units of the errors to what is allowed."""
+    allowed = f.place("%errors", degrees, "double")
+
+    def add(i: Integer, lanes: int) -> None:
+        error = of(i, lanes) * units
+        known = f.select(error < ENDLESS, error, f.zero(lanes))
+        f.store_row(f.load_row(allowed, i, lanes) + known, allowed, i)
+
+    in_vectors(f, (f.count(0), f.count(degrees)), add)
