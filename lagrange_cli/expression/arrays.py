@@ -24,6 +24,28 @@ def evaluate(nodes: Sequence[Node], values: Mapping[str, Array | float]) -> list
     return [np.asarray(found[node], dtype=float) for node in nodes]
 
 
+def sizes(nodes: Sequence[Node], values: Mapping[str, Array | float]) -> list[Array]:
+    """How large the terms of ``nodes`` are: the same, with absolute values in all sums."""
+    found, known = dict[Node, Any](), dict[Node, Any]()
+    with np.errstate(all="ignore"):
+        for node in reachable(nodes):
+            known[node] = _value(node, [known[one] for one in node.arguments], values)
+            found[node] = np.abs(known[node])
+            if node.kind is Kind.SUM:
+                constant, coefficients = node.data
+                terms = zip(coefficients, node.arguments)
+                found[node] = abs(float(constant)) + sum(abs(float(c)) * found[one] for c, one in terms)
+            elif node.kind is Kind.PRODUCT:
+                found[node] = 1.0
+                for one, exponent in zip(node.arguments, node.data):
+                    base = found[one] if exponent > 0 else np.abs(known[one])
+                    found[node] = found[node] * np.power(base, float(exponent))
+            elif node.kind is Kind.SWITCH:
+                u, above, below = node.arguments
+                found[node] = np.where(known[u] > 0, found[above], found[below])
+    return [np.asarray(found[node], dtype=float) for node in nodes]
+
+
 def _value(node: Node, a: Sequence[Any], values: Mapping[str, Array | float]) -> Any:
     """The value of one node, from those of its arguments."""
     kind = node.kind

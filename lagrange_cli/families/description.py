@@ -68,11 +68,15 @@ class Modes:
     """Coordinates of joints that may be held."""
     placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Of those that are holding, the ones that are decided by places."""
+    vectors: Sequence[tuple[int, tuple[int, ...]]] = ()
+    """The modes of lengths of vectors, each with the coordinates that it holds."""
+    beside: Total | None = None
+    """The components of each of these vectors, and of the force that holds it."""
 
     @property
     def followed(self) -> tuple[Total, ...]:
         """What is followed beside the motion."""
-        return (self.arguments,) if self.limits is None else (self.arguments, self.limits)
+        return tuple(one for one in (self.arguments, self.limits, self.beside) if one is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +142,8 @@ class FamilySystem:
     """These modes, in that system."""
     contact: Contacts | Coupled | None = None
     """Resting contact, whose forces are among the others then (see ``families.resting``)."""
+    passes: bool = False
+    """Whether motions pass where the signs of parameters say whether forces jump, and nothing holds there."""
 
     @property
     def contacts(self) -> Contacts | Coupled | None:

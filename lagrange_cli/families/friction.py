@@ -103,6 +103,12 @@ class Held:
     sticking: Bonds | None = None
     loose: Total | None = None
     locks: Locks | None = None
+    before: Sequence[Total] = ()
+    """What the other forces take."""
+    vectors: Sequence[tuple[int, tuple[int, ...]]] = ()
+    """The modes of lengths of vectors, each with the coordinates that it holds."""
+    beside: Total | None = None
+    """The components of each of these vectors, and of the force that holds it."""
 
 
 def holds(system: FamilySystem, one: Friction, moving: int) -> bool:

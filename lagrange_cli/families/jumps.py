@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.families.arrays import Array, Slots, Total
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.switching.switches import MOST, Merging, on_a_sphere, switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import (
+    MOST,
+    Merging,
+    on_a_sphere,
+    switches,
+    vanishes_with,
+    where_it_vanishes,
+)
 
 PARTIAL = "log", "asin", "acos", "acosh", "atanh"
 """Functions that do not have a value everywhere."""
@@ -38,6 +45,41 @@ def jumps(graph: Graph, switch: Node) -> bool:
     if all(max(_poles(graph, one, argument)) >= 0 for one in (above, below)):
         return False
     return _differ(graph, above - below, argument, most=MOST)
+
+
+def depends_on_parameters(graph: Graph, switch: Node, moving: int) -> bool:
+    """Whether parameters alone say whether a switch has two values where its argument is 0, by their signs:
+    that of the force of a play, k*max(0, abs(u) - b), has where b is negative."""
+    return any(_may_vanish(graph, one, MOST) for one in _constants(graph, switch, moving))
+
+
+def jumps_by_a_constant(graph: Graph, switch: Node, moving: int) -> bool:
+    """Whether parameters alone say by how much a switch jumps where its argument is 0. Energies that do jump
+    with the values of a run are refused before (``run.jumps``)."""
+    return any(True for _ in _constants(graph, switch, moving))
+
+
+def _constants(graph: Graph, switch: Node, moving: int) -> Iterator[Node]:
+    """By how much a switch jumps where its argument is 0, if nothing ``moving`` is in it."""
+    argument, above, below = switch.arguments
+    jump = above - below
+    found = (*where_it_vanishes(graph, jump, argument), *on_a_sphere(graph, jump, argument))
+    return (one for one in found if not one.symbols & moving)
+
+
+def _may_vanish(graph: Graph, node: Node, most: int) -> bool:
+    """Whether an expression is 0 on some side of so many switches."""
+    if node.is_zero:
+        return True
+    inside = [one for one in reachable([node]) if one.kind is Kind.SWITCH]
+    if not inside or not most:
+        return False
+    decides = inside[0].arguments[0]
+    for side in (1, 2):
+        given = {one: one.arguments[side] for one in inside if one.arguments[0] is decides}
+        if _may_vanish(graph, substituted(graph, [node], given)[0], most - 1):
+            return True
+    return False
 
 
 def pole(graph: Graph, switch: Node) -> float:
@@ -81,12 +123,20 @@ def _differ(graph: Graph, *both: Node, most: int) -> bool:
     return False
 
 
-def is_root(node: Node) -> bool:
-    """Whether it has no series where what it is of is 0."""
-    return node.kind is Kind.POWER or (node.kind is Kind.PRODUCT and any(e != int(e) for e in node.data))
+def is_root(node: Node, moving: int = -1) -> bool:
+    """Whether it has no series where what it is of is 0, and that is ``moving``: roots of parameters are
+    numbers."""
+    if node.kind is Kind.POWER:
+        return bool(node.symbols & moving)
+    factors = factors_of(node) if node.kind is Kind.PRODUCT else ()
+    return any(exponent != int(exponent) and base.symbols & moving for base, exponent in factors)
 
 
-def partial(node: Node) -> bool:
-    """Whether it may have no value somewhere."""
+def partial(node: Node, moving: int = -1) -> bool:
+    """Whether it may have no value somewhere as what is ``moving`` changes."""
     inside = reachable([node])
-    return any(is_root(one) or (one.kind is Kind.FUNCTION and one.data in PARTIAL) for one in inside)
+    return any(
+        is_root(one, moving)
+        or (one.kind is Kind.FUNCTION and one.data in PARTIAL and bool(one.symbols & moving))
+        for one in inside
+    )

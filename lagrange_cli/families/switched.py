@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.node import Node, factors_of, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import Friction, holds, passing, yields
-from lagrange_cli.families.jumps import is_root, jumps, partial, pole, refuse_angles
+from lagrange_cli.families.jumps import (
+    depends_on_parameters,
+    is_root,
+    jumps,
+    jumps_by_a_constant,
+    partial,
+    pole,
+    refuse_angles,
+)
+from lagrange_cli.families.vector_friction import Along, along_vectors, refuse_elsewhere
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
 
@@ -71,7 +80,7 @@ class Switched:
     def any(self) -> bool:
         """Whether there are switches that matter."""
         others = switches(self.slots.made_of(self._others), self.moving)
-        return bool(others) or any(map(self.switched, (self.system.potential, *self._nodes)))
+        return bool(others or self.along) or any(map(self.switched, (self.system.potential, *self._nodes)))
 
     @property
     def _nodes(self) -> list[Node]:
@@ -100,10 +109,24 @@ class Switched:
 
     def switched(self, node: Node) -> bool:
         """Whether there are such switches in an expression, or in what it is made of."""
-        if self.followed(self._merging.merged([node])):
+        if self.followed(self._merging.merged([node])) or self._directed(node):
             return True
         arrays = (slot.array for _, slot in self.slots.inside(node))
         return any(isinstance(array, Total) and self.within(array) for array in arrays)
+
+    def _directed(self, node: Node) -> bool:
+        """Whether it contains the length of a vector along which friction acts."""
+        squares = {square for _, square in self.along}
+        return bool(squares) and any(
+            exponent % 1.0 == 0.5 and base in squares
+            for one in reachable([node])
+            for base, exponent in factors_of(one)
+        )
+
+    @cached_property
+    def along(self) -> Mapping[tuple[Domain, Node], Along]:
+        """Dry friction along vectors, by the domains and squares of these."""
+        return along_vectors(self.system, self.merged(self.system.forces), self.moving)
 
     def refuse(self) -> None:
         """Raise ``Unsuited`` for switches that have no modes here."""
@@ -113,6 +136,8 @@ class Switched:
         used = [one for one in self.totals if one not in self._idle]
         others = [term.node for one in used if one not in acting for term in self.merged(one)]
         others += self._merging.merged([self.system.potential])
+        terms = (term for total in acting for term in self.merged(total))
+        refuse_elsewhere(self.system, self.along, terms, others)
         inside = {*switches(others, self.moving)}
         nodes = [*others, *(term.node for one in acting for term in self.merged(one))]
         rubbing = {friction.argument for friction in self.friction} | self.passed
@@ -121,14 +146,15 @@ class Switched:
         for one in decisive:
             argument, above, below = one.arguments
             followed = argument in rubbing and one not in inside
-            if argument.symbols & self.places and not followed and jumps(self.graph, one):
+            known = one in inside and jumps_by_a_constant(self.graph, one, self.moving)
+            if argument.symbols & self.places and not (followed or known) and jumps(self.graph, one):
                 raise written_out(self.system)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
-            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
+            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0], self.moving)]
             if inner:
                 raise Unsuited  # they may have no value on the other side, and are followed there, too
-            if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
+            if self.speedy(argument) and any(is_root(x, self.moving) for x in reachable([above, below])):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
 
     @cached_property
@@ -177,9 +203,16 @@ class Switched:
         return {
             own.argument
             for given in acting.values()
-            if passing(self.system, [one for _, one in given])
+            if self._by_parameters(given) or passing(self.system, [one for _, one in given])
             for own, _ in given
         }
+
+    def _by_parameters(self, given: Iterable[tuple[Friction, Friction]]) -> bool:
+        """Whether forces jump where the signs of parameters say so, and motions are to pass there."""
+        inside = (one for own, _ in given for one in own.switches)
+        return self.system.passes and all(
+            depends_on_parameters(self.graph, one, self.moving) for one in inside
+        )
 
     def _within(self, node: Node) -> Iterator[Node]:
         """The switches in an expression, and in what it is made of."""

@@ -7,19 +7,22 @@ it has as many modes as its argument has different values among the members.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.friction import Decision, Held, Rest, linear_in
+from lagrange_cli.families.held_vectors import Acting, Rubbing, held_along
 from lagrange_cli.families.holding import held
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.switched import Switched
+from lagrange_cli.families.vector_friction import DIRECTIONS, with_lengths
 from lagrange_cli.mechanics.guards.modes import three_ways
 from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.mechanics.switching.switches import where_zero
@@ -44,6 +47,21 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
         return None
     found.refuse()
     return found.smooth()
+
+
+def smooth_of(system: FamilySystem) -> FamilySystem | None:
+    """The system with modes in place of switches, if it has any."""
+    smooth = with_modes(system)
+    if smooth is not None and system.contacts is not None and smooth.modes and smooth.modes.limits:
+        raise Unsuited  # friction would have to know the forces of contact
+    return smooth
+
+
+def passing_where_parameters_jump(system: FamilySystem) -> FamilySystem:
+    """The same system, whose motions pass where the signs of parameters say whether forces jump: those that
+    would have to be held there end."""
+    passing = replace(system, passes=True)
+    return replace(passing, smooth=smooth_of(passing))
 
 
 def with_modes_in(
@@ -88,7 +106,12 @@ class Switching(Switched):
                     if arrays == (self.system.v, self.system.v):
                         alike, places, self.turned[use] = self._in_order(alike, places, {*found})
                     found.setdefault((alike, arrays), {})[use] = places
-        return [*found.values()]
+        return [*found.values(), *self._lengths()]
+
+    def _lengths(self) -> Iterator[dict[Use, Places]]:
+        """The lengths of vectors along which friction acts, each with the coordinates that are held."""
+        for one in self.along.values():
+            yield {(one.domain, one.length): np.stack(one.rows, axis=1)}
 
     def _in_order(
         self, alike: Node, places: Places, known: Collection[tuple[Node, tuple[Array, ...]]]
@@ -138,6 +161,9 @@ class Switching(Switched):
         found = []
         for (domain, argument), members, modes in self.numbers[2]:
             node = self._frozen(argument, domain)
+            if any(one.domain is domain and one.length is argument for one in self.along.values()):
+                mode = self.mode_of(domain, argument)
+                node = mode * mode * node
             turned = self.turned.get((domain, argument), np.zeros(domain.count, dtype=bool))[members]
             for which, sign in ((~turned, 1.0), (turned, -1.0)):
                 if which.any():
@@ -154,11 +180,11 @@ class Switching(Switched):
             events = replace(events, arguments=arguments, simple=np.zeros_like(events.simple), affected=())
         needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
         if self.held is not None:
-            needed.append(self.held.other)
             held = self.held
+            needed += [*held.before, held.other]
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
-                placed=self.placed, locks=held.locks,
+                placed=self.placed, locks=held.locks, vectors=held.vectors, beside=held.beside,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
@@ -179,21 +205,40 @@ class Switching(Switched):
     @cached_property
     def held(self) -> Held | None:
         """The forces where friction may hold coordinates; None where it may not."""
-        if not self.friction:
-            return None
+        found = self._held_by_numbers() if self.friction else None
+        return self._held_along(found) if self.along else found
+
+    def _held_along(self, found: Held | None) -> Held:
+        """The same, where friction along vectors holds others besides."""
+        system = self.system
+        listed = [
+            Rubbing(one, self.numbers[1][one.domain, one.length], self.mode_of(one.domain, one.length))
+            for one in self.along.values()
+        ]
+        rows = np.concatenate([row for one in self.along.values() for row in one.rows])
+        if any(np.isin(one.term.targets, rows).any() for one in self.friction):
+            raise Unsuited(*DIRECTIONS)
+        forces, applied = (self.by_terms(one) for one in (system.forces, system.applied))
+        if found is not None:
+            forces, applied = found.forces, found.applied
+        acting = Acting(forces, applied, self.of(system.slopes))
+        return held_along(system, listed, acting, found, self.frozen)
+
+    def _held_by_numbers(self) -> Held:
+        """The same, of velocities and places one by one."""
         system, rubbing = self.system, {one.term for one in self.friction}
         others = [one for one in self.merged(system.forces) if one not in rubbing]
         if any(len(linear_in(system, one.argument, self.moving)) > 1 for one in self.friction):
             return self._held_together()
-        applied = self._by_terms(system.applied)
+        applied = self.by_terms(system.applied)
         if system.joints is not None:
             from lagrange_cli.families.locked import locked
 
-            given = self.modes, self.numbers[1], self._with_modes
+            given = self.modes, self.numbers[1], self.frozen
             return locked(system, self.friction, others, applied, *given)
         slopes = self.of(system.slopes)
         rest = Rest(others, applied, slopes)
-        return held(system, self.friction, rest, self.modes, self.numbers[1], self._with_modes)
+        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen)
 
     def _held_together(self) -> Held:
         """The forces where friction may hold coordinates to each other."""
@@ -201,9 +246,9 @@ class Switching(Switched):
 
         system = self.system
         contacts = relative_friction.Contacts(
-            system, self.modes, self.numbers[1], self.decisions, self._with_modes
+            system, self.modes, self.numbers[1], self.decisions, self.frozen
         )
-        whole = self._by_terms(system.forces), self._by_terms(system.applied)
+        whole = self.by_terms(system.forces), self.by_terms(system.applied)
         return relative_friction.held(contacts, self.friction, whole, self.moving)
 
     @cached_property
@@ -221,18 +266,18 @@ class Switching(Switched):
                 self._changed[self.system.forces] = self.held.forces
                 self._changed[self.system.applied] = self.held.applied
             else:
-                self._changed[total] = self._by_terms(total)
+                self._changed[total] = self.by_terms(total)
         return self._changed[total]
 
-    def _by_terms(self, total: Total) -> Total:
+    def by_terms(self, total: Total) -> Total:
         """The same, term by term."""
-        return replace(total, terms=tuple(map(self._with_modes, self.merged(total))))
+        return replace(total, terms=tuple(map(self.frozen, self.merged(total))))
 
-    def _with_modes(self, term: Term) -> Term:
+    def frozen(self, term: Term) -> Term:
         """A term with modes."""
         return replace(term, node=self._frozen(term.node, term.domain))
 
-    def _mode(self, domain: Domain, argument: Node) -> Node:
+    def mode_of(self, domain: Domain, argument: Node) -> Node:
         """The mode that the members of a domain have for an argument."""
         use = domain, argument
         mode: Node = self.slots.symbol(domain, self.modes, self.numbers[1][use])
@@ -249,9 +294,13 @@ class Switching(Switched):
 
         def change(node: Node, arguments: list[Node]) -> Node | None:
             slot = self.slots.of.get(node)
+            if self.along:
+                given = node, arguments, domain, self.along, self.mode_of
+                if (changed := with_lengths(self.graph, *given)) is not None:
+                    return changed
             if node in passed:
-                mode, (argument, above, below) = self._mode(domain, node.arguments[0]), arguments
-                if any(map(is_root, reachable([above, below]))):  # no number on the other side
+                mode, (argument, above, below) = self.mode_of(domain, node.arguments[0]), arguments
+                if any(is_root(one, self.moving) for one in reachable([above, below])):  # no number there
                     at_zero = where_zero(self.graph, above, argument)
                     return three_ways(self.graph, mode, above, below, at_zero)
                 return self.graph.switch(mode, above, below, -1)

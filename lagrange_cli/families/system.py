@@ -16,7 +16,7 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Kind, Node, reachable, union
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.actions import on_joints, with_actions
 from lagrange_cli.families.applied import applied_forces
@@ -31,9 +31,8 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.families.switches import with_modes
+from lagrange_cli.families.switches import passing_where_parameters_jump, smooth_of
 from lagrange_cli.mechanics.switching.cuts import cuts_of
-from lagrange_cli.mechanics.switching.lengths import bases, completed
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -64,12 +63,6 @@ CUTS = (
     "write it with sin, cos or the square of the angle, which do not",
 )
 """What members are written out for, and how to do without."""
-DIRECTIONS = (
-    "friction along a vector, u/norm(u), which holds bodies at rest",
-    "write it with a speed below which it fades, as in u/sqrt(dot(u, u) + v0**2)",
-    "forces",
-)
-"""The same."""
 UNKNOWN = ("replaced",)
 """Parts of a system that are derived member by member."""
 
@@ -265,10 +258,10 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         root=builder.root, totals=builder.totals, positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
-    smooth = with_modes(found)
-    if smooth is not None and found.contacts is not None and smooth.modes and smooth.modes.limits:
-        raise Unsuited  # friction would have to know the forces of contact
-    return replace(found, smooth=smooth)
+    try:
+        return replace(found, smooth=smooth_of(found))
+    except Unsuited:
+        return passing_where_parameters_jump(found)
 
 
 def opposite(total: Total) -> list[Term]:
@@ -308,13 +301,3 @@ def refuse_others(system: FamilySystem) -> None:
         raise Unsuited(*CUTS)
     if saturated_each(system.slots.graph, roots, moving) != tuple(roots):
         raise Unsuited
-    if any(has_direction(system, node) for node in roots):
-        raise Unsuited(*DIRECTIONS)
-
-
-def has_direction(system: FamilySystem, node: Node) -> bool:
-    """Whether an expression is divided by the length of a vector of velocities, which may become 0."""
-    slots, graph = system.slots, system.slots.graph
-    speeds = [symbol for symbol, _ in slots.inside(node) if slots.moving(symbol, {system.v})]
-    found = bases([node], union(speeds)).items()
-    return any(holds and completed(graph, base, speeds) is not None for base, holds in found)

@@ -6,12 +6,14 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.poles import moving, slow
 from lagrange_cli.families.reactions import reactions
+from lagrange_cli.families.switches import passing_where_parameters_jump
 from lagrange_cli.families.system import any_family_system, family_system, mostly_single
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
@@ -90,7 +92,10 @@ def dragged(spec: Spec) -> FamilySystem | None:
     totals = needed([smooth.forces, *smooth.loads], smooth.slots)
     nodes = [term.node for total in totals for term in total.terms]
     variables, speeds = moving(smooth)[0], speedy(smooth, totals)
-    return system if any(is_distance(one, variables) for one in bases(nodes, speeds)) else None
+    found = bases(nodes, speeds)
+    return (
+        system if any(is_distance(one, variables) for one in found if one.kind is not Kind.SWITCH) else None
+    )
 
 
 def speedy(system: FamilySystem, totals: Iterable[Total]) -> int:
@@ -162,10 +167,23 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
+    if method == MANY_BODIES and along_vectors(system):
+        return WrittenOut(f"friction along vectors with --method {method}", "use --method taylor")
     if system.smooth is not None and doubtful(system):
+        passing = None if system.passes else passing_or_none(system)
+        if passing is not None and not doubtful(passing):
+            return passing
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)
     return system
+
+
+def passing_or_none(system: FamilySystem) -> FamilySystem | None:
+    """The system that passes where parameters say whether forces jump; None where that does not help."""
+    try:
+        return passing_where_parameters_jump(system)
+    except Unsuited:
+        return None
 
 
 def without_expansion(
@@ -246,6 +264,11 @@ def held(system: FamilySystem) -> bool:
     return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.limits)
 
 
+def along_vectors(system: FamilySystem) -> bool:
+    """Whether dry friction along vectors may hold coordinates."""
+    return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.vectors)
+
+
 def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) -> bool:
     """Whether forces may hide between the places where steps of a method look at them; those of a ``large``
     system do not where something softens them (``mechanics.defect``)."""
@@ -282,4 +305,4 @@ def hidden(
     variables, speeds = moving(system)
     if hides(inside, variables, speeds, large=large, bounded=bounded, slow=tame):
         return True
-    return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
+    return any(is_root(one, variables) and not shows(one, variables, speeds) for one in reachable(sides))

@@ -124,7 +124,10 @@ def shows(node: Node, variables: int, speeds: int) -> bool:
 
 def is_distance(base: Node, variables: int) -> bool:
     """Whether it is a coordinate, or a sum of squares, without a constant that could soften it: it shows its
-    singularity to a motion that comes near."""
+    singularity to a motion that comes near; or one of these or a constant, as a mode says."""
+    if base.kind is Kind.SWITCH and not base.arguments[0].symbols & variables:
+        branches = (one for one in base.arguments[1:] if one.symbols & variables)
+        return all(is_distance(one, variables) for one in branches)
     if base.kind is Kind.SUM:
         constant, coefficients = base.data
         return constant == 0 and all(

@@ -108,6 +108,11 @@ class GuardRow:
         return len(self.pivots)
 
     @property
+    def alone(self) -> bool:
+        """Whether the force that holds a vector follows from other forces alone."""
+        return bool(self.pivots) and self.multiplier == self.beside + self.parts
+
+    @property
     def limited(self) -> bool:
         """Whether what holds the motion follows from other forces alone: it has limits and no row of its
         own."""

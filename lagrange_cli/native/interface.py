@@ -176,6 +176,9 @@ class Interface:
         for j, pivots in self.vectors:
             made[j] = replace(made[j], beside=first + arguments, pivots=pivots)
             arguments += len(pivots)
+            if self.guards[j] == EXPLICIT:
+                made[j] = replace(made[j], multiplier=first + arguments)
+                arguments += len(pivots)
         for _, _, one in self.events:
             if one == EXPLICIT:
                 made.append(GuardRow(Role.REST, first + arguments))

@@ -96,7 +96,8 @@ class Crossing(LongerWays):
             self._crossed = before
             return True
         marked = [j for j in range(self.count) if self.marks[j] > 0.0]
-        ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
+        with np.errstate(over="ignore"):
+            ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
         if marked:
             modes = self.modes[marked].copy()
             entered = self.regular(marked) != modes

@@ -30,14 +30,17 @@ class Leading(AtZero):
 
     def _multipliers(self, guards: Sequence[int]) -> Array:
         """The multipliers of guards, infinite where limits are 0."""
-        found = np.empty(len(guards))
-        for i, guard in enumerate(self._rows.guards[j] for j in guards):
-            if guard.limit:
-                above, below = self._coefficients_of(guard.limit, guard.limit + 2)[:, 0]
-                whole = above + below
-                found[i] = (above - below) / whole if whole != 0.0 else np.inf
-            else:
-                found[i] = self._coefficients(guard.multiplier)[0]
+        listed = [self._rows.guards[j] for j in guards]
+        limits = np.array([one.limit for one in listed], dtype=np.int64)
+        others = np.array([one.multiplier for one in listed], dtype=np.int64)
+        rows = np.where(limits, limits, others) - self._layout.v.start
+        values = self._here.coefficients[:, 0]
+        found: Array = values[rows].copy()
+        limited = np.flatnonzero(limits)
+        above, below = values[rows[limited]], values[rows[limited] + 1]
+        whole = above + below
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found[limited] = np.where(whole != 0.0, (above - below) / whole, np.inf)
         return found
 
     def _holding(self, guards: Sequence[int]) -> Array:

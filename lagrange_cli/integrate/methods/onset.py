@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.methods.apart import Stage, newton_change, unit_slopes, whole_newton_change
 from lagrange_cli.integrate.methods.collocation import STAGES, rule
 from lagrange_cli.integrate.methods.leading import Leading
 from lagrange_cli.native.guards import HELD
@@ -50,7 +52,7 @@ class Held:
 
     accelerations: Array
     forces: Mapping[int, Array]
-    friction: Mapping[int, Friction]
+    friction: dict[int, Friction]
 
     @property
     def scale(self) -> float:
@@ -98,8 +100,17 @@ class Onset(Leading):
             [self._coefficients_of(one.beside, one.beside + one.parts)[:, 0] for one in guards]
         )
 
+    @cached_property
+    def _apart(self) -> bool:
+        """Whether all vectors are held apart from one another."""
+        guards = [self._rows.guards[j] for j in self._rows.vectors]
+        return bool(guards) and all(one.alone for one in guards)
+
     def _slopes_of_parts(self, *vectors: int) -> Array:
         """Their derivatives by velocities (parts, velocities); they are linear in these."""
+        if self._apart:
+            pivots = [self._rows.guards[j].pivots for j in vectors]
+            return unit_slopes(pivots, self.machine.program.degrees)
         memory, here, found = self.memory.copy(), self._parts(*vectors), []
         for k in range(self._own.start, self._own.stop):
             self.memory[k] += 1.0
@@ -136,15 +147,17 @@ class Onset(Leading):
         sizes = (float(np.max(np.abs(one))) for one in (given, rates))
         return Friction(slopes, given @ inverse_of(rates), *sizes)
 
-    def held(self, vectors: Iterable[int]) -> Held:
-        """The motion from here on if nothing slides."""
+    def held(self, vectors: Iterable[int], sliding: Iterable[int]) -> Held:
+        """The motion from here on if nothing slides; what friction does is found of all, or where they are
+        apart, of those that are ``sliding`` then."""
         self._series()
         accelerations = self._coefficients_of(self._own.start, self._own.stop).copy()
         forces = {}
         for j in vectors:
             guard = self._rows.guards[j]
             forces[j] = self._coefficients_of(guard.multiplier, guard.multiplier + guard.parts).copy()
-        return Held(accelerations, forces, {j: self._friction(j) for j in forces})
+        known = (j for j in sliding if j in forces) if self._apart else forces
+        return Held(accelerations, forces, {j: self._friction(j) for j in known})
 
     def _guess(self, t: float, held: Held, sliding: Iterable[int]) -> tuple[Array, dict[int, Array]]:
         """About the accelerations after a time, and the directions in which vectors slide then."""
@@ -153,7 +166,7 @@ class Onset(Leading):
         usual = held.accelerations @ powers
         places = held.accelerations @ (powers * t**2 / ((orders + 1) * (orders + 2)))
         speeds = held.accelerations @ (powers * t / (orders + 1))
-        along = {j: unit(held.forces[j] @ powers) for j in sliding if j in held.forces}
+        along = {j: unit(held.forces[j] @ powers) for j in sliding if j in held.friction}
         found = usual
         for _ in range(TURNS):
             nudges = [held.friction[j].velocities @ one for j, one in along.items()]
@@ -191,21 +204,18 @@ class Onset(Leading):
             if not np.all(np.isfinite(found)):
                 return None
             speeds, places = length * (once @ found), length**2 * (twice @ found)
-            accelerations, sizes = np.empty((STAGES, own)), list[float]()
+            accelerations, stages = np.empty((STAGES, own)), list[Stage]()
             for i, one in enumerate(zip(times, places, speeds)):
                 accelerations[i] = rates(*one)[:own]
-                sizes.append(min(self._speed_along(j, held) for j in sliding if j in held.friction))
-            matrix = np.eye(STAGES * own)
-            for i, t in enumerate(times):
-                for k in range(own):
-                    nudge = NUDGE * sizes[i] * np.eye(own)[k]
-                    sides = [rates(t, places[i], one)[:own] for one in (speeds[i] + nudge, speeds[i] - nudge)]
-                    slope = (sides[0] - sides[1]) / (2.0 * nudge[k])
-                    for m in range(own):
-                        matrix[i * own + m, k::own] -= length * once[i] * slope[m]
-            if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(accelerations))):
+                sizes = [self._speed_along(j, held) for j in sliding if j in held.friction]
+                stages.append(Stage(*one, np.array(sizes)))
+            if not np.all(np.isfinite(accelerations)):
                 return None
-            change = np.linalg.solve(matrix, (accelerations - found).ravel()).reshape(found.shape)
+            pivots = [self._rows.guards[j].pivots for j in sliding if j in held.friction]
+            newton = newton_change if self._apart else whole_newton_change
+            change = newton(accelerations - found, stages, pivots, length * once, rates, NUDGE)
+            if not np.all(np.isfinite(change)):
+                return None
             found = found + change
             exact = EXACT * (usual if parts == 1 else np.max(np.abs(found)))
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:

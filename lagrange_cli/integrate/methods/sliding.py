@@ -44,10 +44,11 @@ class Sliding(Drag):
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
-        for j in self.vectors():
-            u, rate = self._coefficients(self._rows.first + j)[:2]
-            if self.modes[j] != 0.0 and (u <= self._rounding_of_speeds or rate < 0.0 < u <= -rate * soon):
-                return self.slide_or_hold(j)
+        vectors = self.vectors()
+        u, rate = self._coefficients_of_arguments()[vectors, :2].T
+        due = (u <= self._rounding_of_speeds) | ((rate < 0.0) & (u > 0.0) & (u <= -rate * soon))
+        for j in np.array(vectors)[due & (self.modes[vectors] != 0.0)].tolist():
+            return self.slide_or_hold(j)
         return self.turns()
 
     @property
@@ -63,13 +64,14 @@ class Sliding(Drag):
         self.begin_steps()
         self._stop(j)
         self.modes[j] = 0.0
-        for k in self.vectors():  # with it, or at the same time
-            if np.max(np.abs(self._parts(k))) <= self._rounding_of_speeds:
-                self.modes[k] = 0.0
+        vectors = self.vectors()
+        ends = np.cumsum([0, *(self._rows.guards[k].parts for k in vectors[:-1])])
+        largest = np.maximum.reduceat(np.abs(self._parts(*vectors)), ends)
+        self.modes[np.array(vectors)[largest <= self._rounding_of_speeds]] = 0.0  # with it, or at that time
         self._take_rounding([k for k in self.vectors() if self.modes[k] == 0.0])
         if reached:
             self._move_to_limit(j)
-        beyond, vectors = self._beyond(), self.vectors()
+        beyond = self._beyond()
         several = sum(self.modes[k] == 0.0 for k in vectors) > 1
         self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
         loose = {j: 1.0} if reached else {}
@@ -93,6 +95,9 @@ class Sliding(Drag):
         """Take a vector away that is 0 up to rounding, as friction does."""
         if not np.any(self._parts(j)):
             return
+        if self._apart:
+            self._take_rounding([j])
+            return
         memory = self.memory.copy()
         self._take_rounding([j])
         self.modes[j] = 0.0
@@ -103,7 +108,8 @@ class Sliding(Drag):
     def _take_rounding(self, vectors: Sequence[int]) -> None:
         """Take vectors away in any direction: what rounding has left of them."""
         if vectors and np.any(self._parts(*vectors)):
-            self._take_parts(vectors, inverse_of(self._slopes_of_parts(*vectors)))
+            slopes = self._slopes_of_parts(*vectors)
+            self._take_parts(vectors, slopes.T if self._apart else inverse_of(slopes))
 
     def _take_parts(self, vectors: Sequence[int], velocities: Array) -> None:
         for _ in range(2):
@@ -168,7 +174,8 @@ class Sliding(Drag):
     def _slide(self, loose: dict[int, float]) -> bool:
         """Begin to slide where the forces of some guards exceed their limits, with those that would exceed
         theirs otherwise: a little way."""
-        origin, held = self.memory.copy(), self.held(j for j in self.vectors() if self.modes[j] == 0.0)
+        origin = self.memory.copy()
+        held = self.held([j for j in self.vectors() if self.modes[j] == 0.0], loose)
         now, drag = float(origin[self._layout.time]), [j for j in self.dragged() if self.modes[j] == 0.0]
         which = self.machine.program.parts - 1
         length = LONGEST[which] * min(held.scale, self.span)
@@ -176,6 +183,9 @@ class Sliding(Drag):
             sliding, more = loose | dict.fromkeys(drag, 1.0), loose
             while more:
                 self.memory[:] = origin
+                held.friction.update(
+                    {j: self._friction(j) for j in sliding if j in held.forces and j not in held.friction}
+                )
                 found = self._collocated(length, min(length, self.end - now), held, sliding)
                 if found is None:
                     break

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from lagrange_cli.expression.arrays import evaluate
+from lagrange_cli.expression.arrays import evaluate, sizes
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.substitution import substituted
@@ -143,7 +143,7 @@ def at_roots(
         near = evaluate([above, below], {**these, name: low + NEARBY * np.fmax(1.0, np.abs(low))})
         with np.errstate(invalid="ignore"):
             jump, beside = there[0] - there[1], near[0] - near[1]
-            plain = np.abs(jump) > PLAIN * np.fmax(np.abs(there[0]), np.abs(there[1]))
+            plain = np.abs(jump) > PLAIN * np.fmax(*sizes([above, below], {**these, name: low}))
             stays = np.abs(beside - jump) <= 0.1 * np.abs(jump)
         found[members[plain & stays]] = True
     return found

@@ -92,8 +92,8 @@ class Arrangement:
         self.modes = system.modes
         followed = [one.arguments for one in (self.modes, self.events) if one is not None]
         guards = sum(one.count for one in followed)
-        if self.modes is not None and self.modes.limits is not None:
-            followed.append(self.modes.limits)
+        if self.modes is not None:
+            followed += [one for one in (self.modes.limits, self.modes.beside) if one is not None]
         self.contact = system.contact
         if self.contact is not None:
             followed.append(self.contact.multipliers)

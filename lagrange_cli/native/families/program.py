@@ -74,7 +74,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
-            vectors=(),
+            vectors=() if self.modes is None else tuple(self.modes.vectors),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count,
@@ -259,6 +259,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
 
     def static(self) -> str:
         """``@allow_static``, if forces may cancel at rest; its arrays are the next ones."""
+        if self.system.passes or (self.modes is not None and self.modes.vectors):
+            return ""  # steps as short as time resolves would pass where motions stop
         if self.rounded is None and self.shaken is None:
             return ""
         from lagrange_cli.native.families.static_forces import of_joints, where_diagonal

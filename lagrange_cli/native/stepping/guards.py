@@ -22,6 +22,7 @@ from lagrange_cli.native.stepping.actions import LEFT, NOTE
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.steps import copy_function
+from lagrange_cli.native.stepping.stopping import stopping_tables
 from lagrange_cli.records import dataclass
 
 AWAY, CHANGED, NOTED = range(3)
@@ -57,6 +58,7 @@ class GuardCode(GuardSearch):
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
+            *stopping_tables(self.rows),
             *([table("guard_roots", self._roots)] if self._rooted else []),
             *(
                 [table("guard_steep", [int(one.steep) for one in guards])]

@@ -188,7 +188,9 @@ def coupled(derived: Residual) -> bool:
 
 def sliding(program: Program) -> str:
     """Why a page cannot follow friction along a vector, as a sentence; empty if there is none."""
-    holds = any(program.guards[j] >= 0 for j, _ in program.vectors)
+    from lagrange_cli.native.guards import EXPLICIT
+
+    holds = any(program.guards[j] >= 0 or program.guards[j] == EXPLICIT for j, _ in program.vectors)
     return "Friction against a vector is computed by lagrange solve only." if holds else ""
 
 

@@ -1,0 +1,61 @@
+"""Vectors that friction acts along and that come to rest, in systems that have many of them: where one is so
+short that it is nothing but rounding beside the fastest velocity, it counts as 0. No step comes nearer."""
+
+from __future__ import annotations
+
+from lagrange_cli.native.guards import GuardRows
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import table
+from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The guards, and where their arguments and modes are; whether series are interpolated."""
+
+    rows: GuardRows
+    lengths: Lengths
+    layout: StateLayout
+    interpolated: bool
+
+
+def stopping(rows: GuardRows) -> list[int]:
+    """The guards of such vectors."""
+    return [j for j, one in enumerate(rows.guards) if one.alone]
+
+
+def stopping_tables(rows: GuardRows) -> list[str]:
+    """Their numbers."""
+    listed = stopping(rows)
+    return [table("stopping", listed)] if listed else []
+
+
+def first_stopped(
+    search: Searched, f: Function, part: float, earliest: Variable[Real], which: Variable[Integer]
+) -> None:
+    """Set the ``earliest`` time to 0 where one of them is at most this ``part`` of the fastest velocity, and
+    becomes shorter."""
+    rows, lengths, listed = search.rows, search.lengths, stopping(search.rows)
+    if not listed:
+        return
+    fastest = f.variable(f.zero(lengths.lanes))
+    with lengths.velocities(f) as row:
+        fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
+    near = lengths.gather(f, "fmax", fastest.get()) * part
+    with f.loop(0, len(listed), tested=False) as i:
+        k = f.load_integer("@stopping", i)
+        slides = f.load("%state", k + rows.mode(search.layout)) > 0.0
+        place = lengths.place(f, f.load_integer("@guard_rows", k))
+        with f.when(slides & (f.load(place, lengths.term) <= near)):
+            change = f.load(place, 2 * lengths.term)
+            if search.interpolated:  # rates of values that are rounded are nothing
+                change = f.constant(0.0)
+                for m in reversed(range(2, lengths.order)):
+                    change = f.fused(change, Real(f, "%h"), f.load(place, m * lengths.term) * float(m))
+            with f.when(change <= 0.0):
+                earliest.set(f.constant(0.0))
+                which.set(k)
