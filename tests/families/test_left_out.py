@@ -77,14 +77,14 @@ def test_what_is_named_is_refused(outputs: tuple[str, ...]) -> None:
 def test_it_is_told(tmp_path: Path) -> None:
     """In the notes of a motion, as a warning, in the attributes of its file, and by check."""
     (tmp_path / "tops.yaml").write_text(SYSTEM, encoding="utf-8")
-    with pytest.warns(LagrangeWarning, match="left out of --outputs all: action, ledger, as members"):
+    with pytest.warns(LagrangeWarning, match="left out of outputs all: action, ledger, as members"):
         motion = lagrange_cli.solve(tmp_path / "tops.yaml", stop=0.1, samples=2, outputs=["all"])
     assert "--outputs action,ledger does that, or says which limit" in motion.attributes["warning"]
     assert "reactions" in dir(motion)
     assert "ledger" not in dir(motion)
     with pytest.raises(AttributeError, match="left out of 'all'"):
         motion.ledger  # noqa: B018
-    with pytest.warns(LagrangeWarning, match="left out of --outputs all: action, ledger"):
+    with pytest.warns(LagrangeWarning, match="left out of outputs all: action, ledger"):
         swept = lagrange_cli.sweep(
             tmp_path / "tops.yaml", over={"m": [0.3, 0.4]}, stop=0.1, samples=2, outputs=["all"]
         )
