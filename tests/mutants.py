@@ -105,7 +105,7 @@ MUTATIONS = {
         ("tests/native/stepping/test_step_size.py",),
     ),
     "the refill of lanes off by one": Mutation(
-        "native/stepping/ensemble.py", '"%states", n * rows', '"%states", (n + 1) * rows',
+        "native/ensembles/ensemble.py", '"%states", n * rows', '"%states", (n + 1) * rows',
         ("tests/integrate/ensemble/test_lanes.py::test_members_move_as_they_do_alone[pendulum-1]",),
     ),
     "a velocity's unit": Mutation(
@@ -150,17 +150,17 @@ MUTATIONS = {
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[a changing length]",),
     ),
     "an impulse's sign": Mutation(
-        "integrate/methods/impulses.py", "high[own] += moved",
+        "integrate/impacts/impulses.py", "high[own] += moved",
         "high[own] -= moved",
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[impacts]",),
     ),
     "the side of a section's root": Mutation(
-        "native/stepping/crossings.py", "beyond = value * last > 0.0", "beyond = value * last < 0.0",
+        "native/ensembles/crossings.py", "beyond = value * last > 0.0", "beyond = value * last < 0.0",
         (SECTIONS + "test_an_oscillator_crosses_once_a_period_and_not_at_its_start",
          SECTIONS + "test_roots_of_any_pattern_within_one_step"),
     ),
     "a section's root found to half its digits": Mutation(
-        "native/stepping/crossings.py", "~(inside & (change <= QUADRATIC))", "~inside",
+        "native/ensembles/crossings.py", "~(inside & (change <= QUADRATIC))", "~inside",
         (SECTIONS + "test_the_period_of_a_pendulum_is_an_elliptic_integral",
          SECTIONS + "test_crossings_lie_on_the_motion_that_solve_follows"),
     ),
@@ -184,24 +184,24 @@ MUTATIONS = {
         ("tests/motions/test_bodies.py::test_the_energy_of_a_free_top_does_a_random_walk",),
     ),
     "a node of ias15": Mutation(
-        "native/stepping/gauss_radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
+        "native/rates/gauss_radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
         ("tests/integrate/methods/test_ias15.py::test_every_node_is_the_double_nearest_to_a_zero",),
     ),
     "an error weight of Radau": Mutation(
-        "native/stepping/radau_constants.py", "(-13 - 7 * ROOT) / 3", "(-13 - 6 * ROOT) / 3",
+        "native/rates/radau_constants.py", "(-13 - 7 * ROOT) / 3", "(-13 - 6 * ROOT) / 3",
         ("tests/integrate/methods/test_radau.py::test_the_numbers_are_those_of_a_method_of_order_5",),
     ),
     "the order of coordinates in bands": Mutation(
-        "native/stepping/implicit.py", 'f.load_integer("@coupled", p) if self.coupling.places else p', "p",
+        "native/rates/implicit.py", 'f.load_integer("@coupled", p) if self.coupling.places else p', "p",
         ("tests/families/test_coupling.py",),
     ),
     "where derivatives belong is carried": Mutation(
-        "native/stepping/implicit.py", 'f.copy_rows(("%work", point), ("%state", carried)',
+        "native/rates/implicit.py", 'f.copy_rows(("%work", point), ("%state", carried)',
         'f.copy_rows(("%state", 0), ("%state", carried)',
         ("tests/cli/test_resume.py::test_an_implicit_run_goes_on_to_the_same_bytes",),
     ),
     "a coefficient of ias15": Mutation(
-        "native/stepping/gauss_radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
+        "native/rates/gauss_radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
         "twice = total(i, [(k + 1) * (k + 2) + (k == TERMS) for k in range(TERMS + 1)])",
         ("tests/integrate/methods/test_ias15.py",),
     ),

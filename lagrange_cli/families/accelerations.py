@@ -14,7 +14,7 @@ import numpy as np
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.joint_masses import JointMasses
+from lagrange_cli.families.joints.masses import JointMasses
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
 

@@ -9,9 +9,9 @@ import numpy as np
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.operations import cross
 from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Term, Total, placed
-from lagrange_cli.families.articulation import constant_total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
+from lagrange_cli.families.joints.articulation import constant_total
 from lagrange_cli.families.jumps import may_jump, refuse_angles
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.mechanics.substitution import substituted

@@ -21,8 +21,8 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import NONE, Chain, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
-from lagrange_cli.families.joints import Articulation
-from lagrange_cli.families.responses import Responses, responses, trees_of
+from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.joints.responses import Responses, responses, trees_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.sparse import SparseElimination, eliminated
 from lagrange_cli.records import dataclass

@@ -19,10 +19,10 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.families.arrays import Domain, Source, Term, Total
-from lagrange_cli.families.articulation import articulation, weights_of
 from lagrange_cli.families.bonds import Bonds, bonds, bound_families
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.constraint_values import JointedState, State, Whole
+from lagrange_cli.families.joints.articulation import articulation, weights_of
 from lagrange_cli.families.masses import components, masses_of, particles, separated
 from lagrange_cli.families.values import DOUBLES, Doubles
 from lagrange_cli.model import sparse

@@ -11,9 +11,9 @@ import numpy as np
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.joint_masses import JointMasses, along
-from lagrange_cli.families.joints import Articulation
-from lagrange_cli.families.responses import trees_of
+from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.joints.masses import JointMasses, along
+from lagrange_cli.families.joints.responses import trees_of
 from lagrange_cli.families.values import Doubles, FamilyValues
 from lagrange_cli.model.start.equations import Equations, Masses, Matter
 from lagrange_cli.model.start.generic import FAINT

@@ -1,4 +1,4 @@
-"""What is known of impacts and resting contact of families (see ``families.impacts``)."""
+"""What is known of impacts and resting contact of families (see ``families.impacts.impacts``)."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Coupled:
     """Resting contact at the ``events`` of these numbers whose forces depend on one another, and on those of
     constraints: all are the ``bonds``, so many ``fixed`` ones first. ``signs`` has the modes of contacts, and
     ``multipliers`` their forces, which are the last of all multipliers. On chains and trees, contacts change
-    accelerations by their ``pushes`` and ``reaches`` (see ``families.joint_contacts``)."""
+    accelerations by their ``pushes`` and ``reaches`` (see ``families.impacts.joint_contacts``)."""
 
     events: Places
     bonds: Bonds

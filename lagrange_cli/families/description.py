@@ -15,7 +15,7 @@ from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.events import Events
-from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
@@ -42,8 +42,8 @@ class Component:
 class Locks:
     """Coordinates of joints that friction holds: ``gates`` are 0 of those, and 1 of all others. What would
     move them, ``left``, follows from the ``other`` forces on them and what they carry, and has no terms (see
-    ``families.locked``). Those that stick to coordinates of the joint before have the accelerations of these
-    times ``carries``, one for each of its coordinates."""
+    ``families.switching.locked``). Those that stick to coordinates of the joint before have the accelerations
+    of these times ``carries``, one for each of its coordinates."""
 
     gates: Total
     other: Total
@@ -55,8 +55,8 @@ class Locks:
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
     Those that are ``holding`` coordinates may be 0, with two ``limits`` for each of them (see
-    ``families.friction``). Friction between coordinates has forces that are the multipliers of ``sticking``,
-    beside which all others are ``loose`` (see ``families.relative_friction``)."""
+    ``families.switching.friction``). Friction between coordinates has forces that are the multipliers of
+    ``sticking``, beside which all others are ``loose`` (see ``families.switching.relative_friction``)."""
 
     arguments: Total
     signs: Array
@@ -141,7 +141,7 @@ class FamilySystem:
     modes: Modes | None = None
     """These modes, in that system."""
     contact: Contacts | Coupled | None = None
-    """Resting contact, whose forces are among the others then (see ``families.resting``)."""
+    """Resting contact, whose forces are among the others then (see ``families.impacts.resting``)."""
     passes: bool = False
     """Whether motions pass where the signs of parameters say whether forces jump, and nothing holds there."""
 

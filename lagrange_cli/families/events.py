@@ -1,6 +1,7 @@
 """Events of families: what becomes 0 is one array for all events, and so is what actions set.
 
-An event of a member is written once, as forces are. What follows from actions is in ``families.actions``.
+An event of a member is written once, as forces are. What follows from actions is in
+``families.impacts.actions``.
 """
 
 from __future__ import annotations

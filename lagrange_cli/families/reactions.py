@@ -23,7 +23,7 @@ from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, tot
 from lagrange_cli.families.chains import ChainBuilder, together
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import Group, alike, among, group_of, particle_families
-from lagrange_cli.families.responses import trees_of
+from lagrange_cli.families.joints.responses import trees_of
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.mechanics.embedding import MOST_AT_ONCE
 from lagrange_cli.records import dataclass

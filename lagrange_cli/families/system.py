@@ -18,20 +18,20 @@ from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.families.actions import on_joints, with_actions
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
-from lagrange_cli.families.articulation import articulation, centres
 from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
-from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
+from lagrange_cli.families.impacts.actions import on_joints, with_actions
+from lagrange_cli.families.joints.articulation import articulation, centres
+from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.families.switches import passing_where_parameters_jump, smooth_of
+from lagrange_cli.families.switching.switches import passing_where_parameters_jump, smooth_of
 from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace

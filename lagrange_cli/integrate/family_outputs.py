@@ -25,8 +25,8 @@ class FamilyPlanner(Planner):
 
     def further(self) -> Sequence[tuple[Conserved, Any]]:
         """Conserved quantities besides h and momenta of cyclic coordinates."""
-        from lagrange_cli.families.conservation import constants_of
-        from lagrange_cli.families.currents import current
+        from lagrange_cli.families.conserved.conservation import constants_of
+        from lagrange_cli.families.conserved.currents import current
 
         system = self.residual.system  # type: ignore[attr-defined]
         known = {one.quantity for one in self.residual.conserved}
@@ -127,7 +127,7 @@ class Described:
     @property
     def conserved(self) -> tuple[Conserved, ...]:
         """h, and momenta of cyclic coordinates."""
-        from lagrange_cli.families.conservation import constants_of
+        from lagrange_cli.families.conserved.conservation import constants_of
 
         found = constants_of(self.system).conserved
         return tuple(one for one in found if one.quantity == "h" or one.quantity.startswith("p_"))

@@ -9,9 +9,9 @@ import numpy as np
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.impacts.resting import with_contacts
 from lagrange_cli.families.polynomials import order_of_all
-from lagrange_cli.families.resting import with_contacts
-from lagrange_cli.families.switches import with_modes_in
+from lagrange_cli.families.switching.switches import with_modes_in
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.families import narrow
 from lagrange_cli.integrate.family_outputs import Described, FamilyPlanner
@@ -46,7 +46,7 @@ def write_families(
     conserved = frozenset(system.conserved)
     alone = system.joints is not None and len(related(system.spec, fewest=2)) < len(runs(system.spec))
     if system.bodies or alone:  # what T does not depend on is not seen by its form
-        from lagrange_cli.families.conservation import constants_of
+        from lagrange_cli.families.conserved.conservation import constants_of
 
         found = (one.quantity for one in constants_of(system).conserved)
         conserved |= {one for one in found if one.startswith("p_")}
@@ -107,7 +107,7 @@ def unbroken(system: FamilySystem, conserved: frozenset[str]) -> frozenset[str]:
     events = system.events
     if events is None or not events.changed.size or (events.keeps_energy and conserved <= {"h"}):
         return conserved
-    from lagrange_cli.families.conservation import constants_of
+    from lagrange_cli.families.conserved.conservation import constants_of
 
     return conserved.intersection(one.quantity for one in constants_of(system).conserved if not one.breaks)
 

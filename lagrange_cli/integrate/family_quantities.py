@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.inertia import felt_of
+from lagrange_cli.families.joints.inertia import felt_of
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.records import dataclass, replace
 

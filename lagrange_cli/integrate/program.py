@@ -151,7 +151,7 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation, observi
         )
         return written(steps)
     if needs is Needs.STEPS:
-        from lagrange_cli.native.stepping.schemes import scheme_of
+        from lagrange_cli.native.rates.schemes import scheme_of
 
         scheme = compilation.method
         return written(Steps(scheme_of(scheme).order, tolerance, scheme))

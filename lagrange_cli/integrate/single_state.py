@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, at_one_state
-from lagrange_cli.integrate.methods.one_state import space_at
-from lagrange_cli.integrate.methods.workspace import accelerated
+from lagrange_cli.integrate.guards.one_state import space_at
+from lagrange_cli.integrate.workspace import accelerated
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.elimination import reduced

@@ -1,4 +1,4 @@
-"""Programs whose motions are followed eight at once, in the lanes of vectors (see ``stepping.ensemble``)."""
+"""Programs whose motions are followed eight at once, in the lanes of vectors (see ``ensembles.ensemble``)."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
 
 
 def with_lanes(program: Program, residual: Residual, tolerance: float, section: str = "") -> Program:
-    """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``), or through
-    a ``section`` (see ``stepping.crossings``)."""
+    """``program`` with ``@follow``, which takes members to their ends (see ``ensembles.ensemble``), or
+    through a ``section`` (see ``ensembles.crossings``)."""
+    from lagrange_cli.native.ensembles.ensemble import Follower
+    from lagrange_cli.native.ensembles.pack import Pack
     from lagrange_cli.native.functions.elementary import definitions
     from lagrange_cli.native.recurrences.paired import arrange_lanes, write_paired_jet
-    from lagrange_cli.native.stepping.ensemble import Follower
-    from lagrange_cli.native.stepping.pack import Pack
 
     order, constants, series = lane_order(tolerance), Constants(), program.series
     layout, width = arrange_lanes(series, order), program.state.width
@@ -71,11 +71,11 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     pack = replace(pack, constants=size)
     given = order, tolerance, len(program.parameters)
     if section == SECTION:
-        from lagrange_cli.native.stepping.crossings import Crossings
+        from lagrange_cli.native.ensembles.crossings import Crossings
 
         follower: Follower = Crossings(pack, *given)
     elif section == STROBE:
-        from lagrange_cli.native.stepping.periods import Periods
+        from lagrange_cli.native.ensembles.periods import Periods
 
         follower = Periods(pack, *given)
     else:

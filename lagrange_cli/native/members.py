@@ -1,6 +1,6 @@
 """What ``@follow`` and its callers agree on: the queue of members, and the numbers of each lane.
 
-``@follow`` takes the members of an ensemble to their ends, eight at once (see ``stepping.ensemble``).
+``@follow`` takes the members of an ensemble to their ends, eight at once (see ``ensembles.ensemble``).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ BEYOND = 3
 NEXT, LIMIT, HALT = range(3)
 """Places in its queue: the next member, the first one that may not begin yet, whether to stop."""
 DIRECTION, PATIENCE = 3, 4
-"""Further ones of sections (``stepping.crossings``)."""
+"""Further ones of sections (``ensembles.crossings``)."""
 SECTION, STROBE = "where", "every"
 """Kinds of sections: crossings of a surface, states after multiples of a period."""
 LANE_NUMBERS = "time", "time_low", "previous", "steps", "usual", "uneven", "reached"

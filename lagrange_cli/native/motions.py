@@ -48,7 +48,7 @@ class Specification:
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
     scheme: str = ""
-    """The method of steps on rates (``stepping.schemes``), if they are such ones: series give these alone."""
+    """The method of steps on rates (``rates.schemes``), if they are such ones: series give these alone."""
 
     @property
     def residual(self) -> Residual:
@@ -126,6 +126,7 @@ def given_of(equations: Specification, work: int, project: str = "") -> Given:
 
 def double(equations: Specification) -> MotionCode:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
+    from lagrange_cli.native.rates.schemes import on_rates
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
     from lagrange_cli.native.stepping import static_forces
@@ -134,7 +135,6 @@ def double(equations: Specification) -> MotionCode:
     from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
     from lagrange_cli.native.stepping.lengths import side_by_side
     from lagrange_cli.native.stepping.related import related
-    from lagrange_cli.native.stepping.schemes import on_rates
 
     residual, series, order = equations.residual, equations.series, equations.highest
     layout = arrange(series, order)

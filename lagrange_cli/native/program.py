@@ -55,7 +55,7 @@ class Program(Interface):
 @dataclass(frozen=True)
 class Steps:
     """How a program steps: with q's series to an ``order`` within a ``tolerance``, in numbers of a ``kind``,
-    or by a ``scheme`` on rates (``stepping.schemes``).
+    or by a ``scheme`` on rates (``rates.schemes``).
 
     Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are ``proven`` where a force
     may hide, and wherever that is asked for, unless forces are not linear in multipliers, or the program is
@@ -219,7 +219,7 @@ def interface_of(
     )
     if not steps.scheme:
         return interface
-    from lagrange_cli.native.stepping.schemes import scheme_of
+    from lagrange_cli.native.rates.schemes import scheme_of
 
     return replace(interface, carried=scheme_of(steps.scheme).carried(interface.inner))
 

@@ -18,7 +18,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import TIME
 from lagrange_cli.families.starts import initial_state
-from lagrange_cli.integrate.methods.workspace import outer_rows
+from lagrange_cli.integrate.workspace import outer_rows
 from lagrange_cli.native.compilation.webassembly import compile_webassembly
 from lagrange_cli.native.families.pages import write_deriving, write_placing
 from lagrange_cli.native.functions.elementary import definitions

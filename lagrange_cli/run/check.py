@@ -146,7 +146,7 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
     """The mechanics of a system that ``solve`` follows as one of families; None if it is not."""
     if not spec.families.get("coordinates"):
         return None
-    from lagrange_cli.families.conservation import constants_of
+    from lagrange_cli.families.conserved.conservation import constants_of
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.families import engine, family_run
     from lagrange_cli.integrate.family_program import write_families

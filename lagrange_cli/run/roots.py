@@ -1,7 +1,7 @@
 """Initial states at which a force has no Taylor series, as that of the potential x**1.5 where x is 0.
 
 A root has no value beyond. Where the file says what is there, as with abs(x) or max(0, x) in place of x, the
-motion goes on (``integrate.methods.crossing``), unless the force is infinite.
+motion goes on (``integrate.guards.crossing``), unless the force is infinite.
 """
 
 from __future__ import annotations

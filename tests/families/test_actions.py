@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.integrate.methods import impulses
+from lagrange_cli.integrate.impacts import impulses
 from tests.families.test_events import keep_families
 from tests.families.test_locked import CHAIN, HEAD, SPACE, TREE
 from tests.families.test_switches import OUTPUTS, compare, followed, ready

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.families.anchors import anchors_of
 from lagrange_cli.families.arrays import NONE, Domain, Source, Total
 from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.switching.anchors import anchors_of
 
 
 def forces(rows: list[list[int]]) -> Bonds:

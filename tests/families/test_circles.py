@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.conserved.conservation import constants_of
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.prepare import prepare_system

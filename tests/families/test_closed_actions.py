@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.families.actions import LONG
 from lagrange_cli.families.events import random_state
+from lagrange_cli.families.impacts.actions import LONG
 from lagrange_cli.families.values import FamilyValues
-from lagrange_cli.integrate.methods import impulses
-from lagrange_cli.native.families.matrix_of_constraints import MatrixOfConstraints
+from lagrange_cli.integrate.impacts import impulses
+from lagrange_cli.native.families.constraints.matrix import MatrixOfConstraints
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_bodies import drawn
 from tests.families.test_closed_chains import chain

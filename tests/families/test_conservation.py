@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.families import system as systems
-from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.conserved.conservation import constants_of
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared

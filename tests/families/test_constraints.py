@@ -229,7 +229,7 @@ def test_a_free_ring_turns_evenly() -> None:
 
 
 def test_what_is_said_of_conserved_quantities_is_what_members_say(monkeypatch: pytest.MonkeyPatch) -> None:
-    from lagrange_cli.families.conservation import constants_of
+    from lagrange_cli.families.conserved.conservation import constants_of
     from lagrange_cli.mechanics.conserved.symmetries import symmetries
 
     monkeypatch.setattr(systems, "FEWEST_BOUND", 0)

@@ -9,7 +9,7 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Finished
 from lagrange_cli.integrate.families import family_run
-from lagrange_cli.integrate.methods.happenings import Happenings
+from lagrange_cli.integrate.impacts.happenings import Happenings
 from lagrange_cli.native.families import own_actions
 from lagrange_cli.native.guards import EXPLICIT, LOOSE, SIMPLE, Role
 from lagrange_cli.spec.read import read_spec

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lagrange_cli.families.system import any_family_system, reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
-from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.integrate.guards.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.written_out import unsuited

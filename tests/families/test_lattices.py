@@ -11,7 +11,8 @@ from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.native.families import articulated, jets
+from lagrange_cli.native.families import jets
+from lagrange_cli.native.families.joints import articulated
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.families import breaks
+from lagrange_cli.families.conserved import breaks
 from lagrange_cli.families.groups import Group
 from lagrange_cli.families.written_events import arguments_of, assigned_by, directions_of
 from lagrange_cli.run.check import classify

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lagrange_cli.families.system import reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
-from lagrange_cli.integrate.methods.pivoting import dip
+from lagrange_cli.integrate.guards.pivoting import dip
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import keep_families
 from tests.families.test_friction import MOVING, blocks

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.conserved.conservation import constants_of
 from lagrange_cli.families.long_values import LongNumbers
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.compilation import Compilation

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import lagrange_cli.integrate.methods.stepper as stepping
-import lagrange_cli.integrate.methods.workspace as workspace
+import lagrange_cli.integrate.workspace as workspace
 from lagrange_cli.cli.main import main
 from lagrange_cli.integrate.hearing import ENDING, _steppers, asked_by
 from lagrange_cli.native.guards import HALTED, INFO

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.methods import passing, stepper
 from lagrange_cli.integrate.methods.passing import passages
-from lagrange_cli.integrate.methods.workspace import Workspace
+from lagrange_cli.integrate.workspace import Workspace
 from lagrange_cli.run.singular import singular_constraints
 from tests.support.command import lagrange
 from tests.support.motion import follow, spec_of

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.native.rates.watching import terms_of
 from lagrange_cli.native.stepping.roots import points_of
-from lagrange_cli.native.stepping.watching import terms_of
 from tests.motions.test_events import BALL, OSCILLATOR
 from tests.motions.test_normal_forces import BLOCK, TENSION
 from tests.support.motion import Motion, follow

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import lagrange_cli as lagrange
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.methods import modes
+from lagrange_cli.integrate.guards import modes
 from tests.support.motion import follow
 
 SERIES = 130

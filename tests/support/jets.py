@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.methods.one_state import space_at
-from lagrange_cli.integrate.methods.workspace import accelerated, outer_rows
+from lagrange_cli.integrate.guards.one_state import space_at
+from lagrange_cli.integrate.workspace import accelerated, outer_rows
 from tests.support.motion import prepared, values_of
 
 

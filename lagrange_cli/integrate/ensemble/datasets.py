@@ -45,7 +45,7 @@ def unexplained(member: int, end: End) -> Cause | None:
 
 def accelerations(machine: Machine, parameters: Array, t: float, state: Array) -> Array:
     """Those of the coordinates where a motion ended; none where it did not begin."""
-    from lagrange_cli.integrate.methods.one_state import space_at
+    from lagrange_cli.integrate.guards.one_state import space_at
 
     if not np.all(np.isfinite(state)):
         return np.zeros(0)

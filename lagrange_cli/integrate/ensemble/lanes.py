@@ -28,7 +28,7 @@ Seen = TypeVar("Seen", Starts, EndedMembers)
 
 @dataclass(frozen=True)
 class LanesMethod:
-    """Integrates motions by their Taylor series (``native.stepping.ensemble``).
+    """Integrates motions by their Taylor series (``native.ensembles.ensemble``).
 
     Each is the same whatever runs beside it. Those that lanes do not bring to their ends are followed by the
     method that ``alone`` makes. Code for motions that are followed ``backward`` is of the reversed equations.

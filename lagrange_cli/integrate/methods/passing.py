@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.methods.workspace import Workspace
+from lagrange_cli.integrate.workspace import Workspace
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
 

@@ -14,17 +14,17 @@ from lagrange_cli.integrate.ending import Ending, Finished
 from lagrange_cli.integrate.method import UNOBSERVED, Interrupt, Observer, Snapshot, Unfit
 from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.crawling import crawls, steps_to_mark
-from lagrange_cli.integrate.methods.workspace import MOST_STEPS, Workspace, padded
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.integrate.workspace import MOST_STEPS, Workspace, padded
 from lagrange_cli.native.guards import DUE, HALTED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import CARRIED_COUNT, Clock
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.methods.happenings import Happenings
+    from lagrange_cli.integrate.guards.settling import Settling
+    from lagrange_cli.integrate.impacts.happenings import Happenings
     from lagrange_cli.integrate.methods.helping import Helpers
     from lagrange_cli.integrate.methods.passing import EarlierTimes
-    from lagrange_cli.integrate.methods.settling import Settling
 
 POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
@@ -61,7 +61,7 @@ class Stepper:
         if not program.guarded:
             machine.prepare(np.ascontiguousarray(parameters).ctypes.data, space.constants.ctypes.data)
         else:
-            from lagrange_cli.integrate.methods.settling import Settling
+            from lagrange_cli.integrate.guards.settling import Settling
 
             self._settling = Settling(machine, space.constants, space.memory, space.work)
             self._settling.span, self._settling.end = abs(times.stop - times.start), times.stop
@@ -71,8 +71,8 @@ class Stepper:
                 self.finished = Finished(Ending.CUT)
         if program.events:
             assert self._settling is not None
-            from lagrange_cli.integrate.methods.happenings import Happenings
-            from lagrange_cli.integrate.methods.sides import Sides
+            from lagrange_cli.integrate.impacts.happenings import Happenings
+            from lagrange_cli.integrate.impacts.sides import Sides
 
             sides = Sides(self._settling, space.outer)
             given = space.trial, space.info, times.start, events, equations.jumping

@@ -3,7 +3,7 @@
 Where the argument of a switch is 0, its multiplier m follows from the condition that it stays 0 (see
 ``guards``). If |m| <= 1 the motion is held, else it leaves to the side of m. So accelerations, multipliers of
 constraints and the force that holds are functions of the state, too. Of several switches the one whose m is
-largest is let go first, as in ``integrate.methods.settling``.
+largest is let go first, as in ``integrate.guards.settling``.
 """
 
 from __future__ import annotations

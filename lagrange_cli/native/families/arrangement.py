@@ -14,29 +14,29 @@ from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
-from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.closed_projection import Residuals
-from lagrange_cli.native.families.closure import Closure
-from lagrange_cli.native.families.contact_restraint import ContactRestraint
-from lagrange_cli.native.families.dense import DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
+from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.matrix import MatrixOfConstraints
+from lagrange_cli.native.families.constraints.projection import Moves
+from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
+from lagrange_cli.native.families.constraints.saddle_tables import SaddleTables
+from lagrange_cli.native.families.constraints.sticking import Sticking
 from lagrange_cli.native.families.evaluation import Evaluation, room
-from lagrange_cli.native.families.joint_contacts import JointContacts
+from lagrange_cli.native.families.joints.balance import Balance
+from lagrange_cli.native.families.joints.closed_projection import Residuals
+from lagrange_cli.native.families.joints.closure import Closure
+from lagrange_cli.native.families.joints.contacts import JointContacts
+from lagrange_cli.native.families.joints.sticking import StickingClosure
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.matrix_of_constraints import MatrixOfConstraints
-from lagrange_cli.native.families.projection import Moves
-from lagrange_cli.native.families.restraint import AlongMotion, AtAState
-from lagrange_cli.native.families.saddle_tables import SaddleTables
-from lagrange_cli.native.families.sticking import Sticking
-from lagrange_cli.native.families.sticking_joints import StickingClosure
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import DoubleVectors, Numbers, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES, highest
+from lagrange_cli.native.rates.schemes import scheme_of
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
-from lagrange_cli.native.stepping.schemes import scheme_of
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 

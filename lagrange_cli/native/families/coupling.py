@@ -8,7 +8,7 @@ import numpy as np
 
 from lagrange_cli.families.arrays import Array, Chain, Source, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.responses import trees_of
+from lagrange_cli.families.joints.responses import trees_of
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.stepping.coupling import Coupling, IndexArray, coupling_of, full
 from lagrange_cli.records import dataclass

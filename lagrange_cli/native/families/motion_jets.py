@@ -6,14 +6,16 @@ from __future__ import annotations
 import math
 
 from lagrange_cli.families.arrays import Array, Chain
-from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.beside import BesideJet
-from lagrange_cli.native.families.closed import ClosedJet
-from lagrange_cli.native.families.constrained import ConstrainedJet
+from lagrange_cli.native.families.constraints.jet import ConstrainedJet
+from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet, SeriesJet
+from lagrange_cli.native.families.joints.articulated import ArticulatedJet
+from lagrange_cli.native.families.joints.closed import ClosedJet
+from lagrange_cli.native.families.joints.sticking import StickingClosure, StickingJointsJet
 from lagrange_cli.native.families.loops import Loop, loops, needed
 from lagrange_cli.native.families.near_lists import ListJet, suits
 from lagrange_cli.native.families.nearness import NearJet, Watch, enclosed
@@ -21,8 +23,6 @@ from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.series_places import AT_ONCE, BESIDE, BRIEF, HEAD, JET, MOTION
 from lagrange_cli.native.families.shared_jets import SharedJet
 from lagrange_cli.native.families.spans import in_vectors
-from lagrange_cli.native.families.sticking import StickingJet, StickingRates
-from lagrange_cli.native.families.sticking_joints import StickingClosure, StickingJointsJet
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.guards import FOUND

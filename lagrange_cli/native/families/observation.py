@@ -7,11 +7,11 @@ from itertools import product
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.arrangement import Element
-from lagrange_cli.native.families.constrained import solved_at_a_state
+from lagrange_cli.native.families.constraints.jet import solved_at_a_state
+from lagrange_cli.native.families.constraints.restraint import AtAState
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.resting import AtRest
-from lagrange_cli.native.families.restraint import AtAState
 from lagrange_cli.native.families.vectors import beside_doubles
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer

@@ -17,12 +17,12 @@ from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
+from lagrange_cli.native.families.joints.pressing import eliminations
 from lagrange_cli.native.families.motion_jets import MotionJets
 from lagrange_cli.native.families.nearness import Watch
 from lagrange_cli.native.families.observation import OBSERVE, Observation
 from lagrange_cli.native.families.own_actions import OwnActions
 from lagrange_cli.native.families.preparation import BOARD, low_parts
-from lagrange_cli.native.families.pressing import eliminations
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
 from lagrange_cli.native.families.series_places import AT_ONCE, BRIEF, JET, velocity_planes
@@ -64,7 +64,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
         """The program."""
         order = self.order
         if self.scheme:
-            from lagrange_cli.native.stepping.schemes import scheme_of
+            from lagrange_cli.native.rates.schemes import scheme_of
 
             scheme = scheme_of(self.scheme)
             order = scheme.order
@@ -159,7 +159,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
     def on_rates(self, interface: Interface, work: int, floors: str) -> tuple[int, list[str]]:
         """Steps on rates, which ``@jet`` gives or, if it gives series, a function beside it; and the doubles
         that both work on."""
-        from lagrange_cli.native.stepping.schemes import on_rates
+        from lagrange_cli.native.rates.schemes import on_rates
 
         own, name, texts = work, "jet", list[str]()
         if self.order > RATES:

@@ -6,13 +6,13 @@ from collections.abc import Collection
 from functools import cached_property
 
 from lagrange_cli.families.arrays import Array, Total
-from lagrange_cli.native.families.articulated import ArticulatedJet
-from lagrange_cli.native.families.closed import ClosedJet
-from lagrange_cli.native.families.closed_projection import AT_A_STATE, times_of
-from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.double_double import InConstants
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet
+from lagrange_cli.native.families.joints.articulated import ArticulatedJet
+from lagrange_cli.native.families.joints.closed import ClosedJet
+from lagrange_cli.native.families.joints.closed_projection import AT_A_STATE, times_of
+from lagrange_cli.native.families.joints.closure import Closure
 from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from lagrange_cli.families.arrays import Array
-from lagrange_cli.native.families.closed import ClosedJet
-from lagrange_cli.native.families.closed_projection import ClosedProjection, Residuals
+from lagrange_cli.native.families.constraints.projection import Projection
 from lagrange_cli.native.families.evaluation import room
-from lagrange_cli.native.families.projection import Projection
+from lagrange_cli.native.families.joints.closed import ClosedJet
+from lagrange_cli.native.families.joints.closed_projection import ClosedProjection, Residuals
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.arrangement import Arrangement
-from lagrange_cli.native.families.articulated import ArticulatedJet
-from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.constrained import solved_at_a_state
+from lagrange_cli.native.families.constraints.jet import solved_at_a_state
 from lagrange_cli.native.families.evaluation import room
+from lagrange_cli.native.families.joints.articulated import ArticulatedJet
+from lagrange_cli.native.families.joints.balance import Balance
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import in_vectors

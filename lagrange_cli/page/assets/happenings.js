@@ -1,4 +1,4 @@
-// Events where compiled code leaves them to its caller (`integrate/methods/happenings.py`): actions, resting
+// Events where compiled code leaves them to its caller (`integrate/impacts/happenings.py`): actions, resting
 // contact, and the end of a motion.
 
 const Role = { RECORD: 2, CHANGE: 3, ACTION: 4, REST: 5 };

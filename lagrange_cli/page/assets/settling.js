@@ -1,4 +1,4 @@
-// Modes of switches (`integrate/methods/settling.py`): where the argument of |u| or sign(u) is 0, the side that
+// Modes of switches (`integrate/guards/settling.py`): where the argument of |u| or sign(u) is 0, the side that
 // the motion leads to; or 0, where the motion is held there (A. F. Filippov 1988, sec. 4).
 
 const DERIVATIVES = 6;

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import sympy
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, velocity_name
-from lagrange_cli.families.breaks import actions_of
-from lagrange_cli.families.conservation import constants_of
-from lagrange_cli.families.rigid import Rigid
+from lagrange_cli.families.conserved.breaks import actions_of
+from lagrange_cli.families.conserved.conservation import constants_of
+from lagrange_cli.families.conserved.rigid import Rigid
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events

@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import DOP853
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.stepping.dop853 import ALL, DEGREE, powers
-from lagrange_cli.native.stepping.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD
+from lagrange_cli.native.rates.dop853 import ALL, DEGREE, powers
+from lagrange_cli.native.rates.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD
 from tests.support.motion import follow
 
 KEPLER = """

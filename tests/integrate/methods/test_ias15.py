@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
+from lagrange_cli.native.rates.gauss_radau_nodes import NODES, TERMS, inverse, products
 from tests.support.motion import FULL, Motion, follow, prepared
 
 ELLIPSE = """

@@ -10,8 +10,8 @@ from scipy.integrate import Radau
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.stepping import coupling, implicit
-from lagrange_cli.native.stepping.radau_constants import (
+from lagrange_cli.native.rates import implicit
+from lagrange_cli.native.rates.radau_constants import (
     COMPLEX,
     ERROR,
     NODES,
@@ -21,6 +21,7 @@ from lagrange_cli.native.stepping.radau_constants import (
     VALUES,
     WEIGHTS,
 )
+from lagrange_cli.native.stepping import coupling
 from tests.support.motion import Motion, follow, prepared
 
 KEPLER = """

@@ -1,0 +1,228 @@
+"""What holds coordinates where their own forces jump: at velocities, and at places (see ``friction``).
+
+A coordinate may be held at several velocities and at several places. At one of each at once it can only go on
+to the side where both are greater, or both less: so each of the two has the side of the other there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.switching.friction import Friction, Held, Rest, gate
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.expression.index_arrays import Places
+
+    Numbers = NDArray[np.float64]
+
+
+ROUNDED = 1e-10
+"""Places that differ by a smaller part are one."""
+SIDES = (0, 1.0), (1, -1.0)
+"""The two limits of a mode, and the sign of the forces in them."""
+PLACES = (
+    "forces that jump at several places or velocities of one coordinate, which parameters set",
+    "write these as numbers",
+)
+"""What members are written out for, and how to do without."""
+
+
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """The ``modes`` that hold coordinates, in order, and the ``rows`` of these; the modes of each coordinate
+    (``own``, see ``modes_of``), and whether one has some of places and some of velocities (``both``)."""
+
+    rows: Places
+    modes: Places
+    own: Places
+    both: bool
+
+    @property
+    def resting(self) -> Places:
+        """The coordinates that may be held."""
+        return np.unique(self.rows)
+
+    @property
+    def free(self) -> Places:
+        """All others."""
+        return np.flatnonzero(self.own[:, 0] == NONE)
+
+
+def held(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    rest: Rest,
+    modes: Array,
+    numbers: Mapping[tuple[Domain, Node], Places],
+    frozen: Callable[[Term], Term],
+) -> Held:
+    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``. One
+    coordinate may be held at several places."""
+    slots, count = system.slots, system.q.count
+    holding = holding_of(system, listed, numbers, modes)
+    resting, free, own = holding.resting, holding.free, holding.own
+    other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
+    still, moving = Domain(len(resting)), Domain(len(free))
+    whole, applied, slope = (slots.symbol(still, one, resting) for one in (other, rest.applied, rest.slopes))
+    moves = gate(slots, still, modes, own[resting])
+    forces = [Term(still, moves * whole, resting)]
+    balanced = [Term(still, moves * applied + (1.0 - moves) * slope, resting)]
+    if len(free):
+        forces.append(Term(moving, slots.symbol(moving, other, free), free))
+        balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
+    for term in by_term(listed):
+        force = frozen(term)
+        moves = gate(slots, term.domain, modes, own[term.targets])
+        forces.append(replace(force, node=moves * force.node))
+    return Held(
+        modes=holding.modes, limits=limits_of(slots, listed, holding, other, modes, numbers, frozen),
+        other=other, forces=total_of(count, forces, slots.graph),
+        applied=total_of(count, balanced, slots.graph),
+    )  # fmt: skip
+
+
+def holding_of(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    numbers: Mapping[tuple[Domain, Node], Places],
+    modes: Array,
+) -> Holding:
+    """What holds coordinates.
+
+    Raises ``Unsuited`` where one mode holds several of them, or several may hold one at the same place.
+    """
+    pairs = np.concatenate([np.stack([one.term.targets, numbers[one.place]], axis=1) for one in listed])
+    pairs = np.unique(pairs, axis=0)
+    rows, holding = np.ascontiguousarray(pairs.T)
+    if len(np.unique(holding)) < len(holding):
+        raise Unsuited
+    fast = speeds_of(system, listed, numbers, modes.count)[holding]
+    refuse_same(rows, fast, places_of(system, listed, numbers, modes.count)[holding])
+    both = bool(np.intersect1d(rows[fast], rows[~fast]).size)
+    return Holding(rows, holding, modes_of(rows, holding, system.q.count), both)
+
+
+def limits_of(
+    slots: Slots,
+    listed: Sequence[Friction],
+    holding: Holding,
+    other: Total,
+    modes: Array,
+    numbers: Mapping[tuple[Domain, Node], Places],
+    frozen: Callable[[Term], Term],
+) -> Total:
+    """The limits: the whole force on either side, of friction that is ``listed`` and of all ``other``
+    forces."""
+    rows, own = holding.rows, holding.own
+    order = np.full(modes.count, NONE)
+    order[holding.modes] = np.arange(len(rows))
+    every = Domain(len(rows))
+    everywhere = slots.symbol(every, other, rows)
+    limits = [Term(every, sign * everywhere, 2 * np.arange(len(rows)) + k) for k, sign in SIDES]
+    for term, given in by_term(listed).items():
+        force, targets = frozen(term), term.targets
+        mine = [numbers[one.place] for one in given]
+        for one, which in zip(given, mine):
+            others = [*mine, *own[targets].T] if holding.both else []
+            for k, sign in SIDES:
+                node = frozen(one.side(slots.graph, 2 - k)).node
+                node = on_side(slots, node, term.domain, modes, others, sign)
+                limits.append(Term(term.domain, sign * node, 2 * order[which] + k))
+        for k in range(own.shape[1]):  # those that hold the same coordinates by other terms
+            which = own[targets, k]
+            apart = np.all([which != one for one in (*mine, *own[targets, :k].T)], axis=0)
+            members = np.flatnonzero(apart)
+            if len(members):
+                domain = Domain(len(members))
+                at, places = placed(slots, force.node, domain, members), 2 * order[which[members]]
+                theirs = [one[members] for one in mine] if holding.both else []
+                for side, sign in SIDES:
+                    node = on_side(slots, at, domain, modes, theirs, sign)
+                    limits.append(Term(domain, sign * node, places + side))
+    return total_of(2 * len(rows), limits, slots.graph)
+
+
+def on_side(
+    slots: Slots, node: Node, domain: Domain, modes: Array, numbers: Sequence[Places], sign: float
+) -> Node:
+    """A force with modes of these ``numbers``, those that are 0 being on the side that a limit of this
+    ``sign`` has: below, or above."""
+    changed = {}
+    for mode in dict.fromkeys(slots.symbol(domain, modes, one) for one in numbers):
+        changed[mode] = mode - sign * (1.0 - mode * mode)
+    return substituted(slots.graph, [node], changed)[0] if changed else node
+
+
+def refuse_same(rows: Places, fast: Places, places: Numbers) -> None:
+    """Raise ``Unsuited`` where a coordinate may be held twice at one place, or at one velocity (``fast``)."""
+    order = np.lexsort((places, fast, rows))  # nan comes last
+    same = (np.diff(rows[order]) == 0) & (fast[order][1:] == fast[order][:-1])
+    places = places[order]
+    if not np.all(np.diff(places)[same] > ROUNDED * np.abs(places[1:][same])):
+        raise Unsuited(*PLACES)
+
+
+def speeds_of(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    numbers: Mapping[tuple[Domain, Node], Places],
+    count: int,
+) -> Places:
+    """Which modes change with velocities."""
+    found = np.zeros(count, dtype=bool)
+    for one in listed:
+        found[numbers[one.place]] = system.slots.moving(one.argument, {system.v})
+    return found
+
+
+def places_of(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    numbers: Mapping[tuple[Domain, Node], Places],
+    count: int,
+) -> Numbers:
+    """The place or the velocity of a coordinate at which each mode changes, nan if it is not a number that is
+    known now."""
+    slots, graph, found = system.slots, system.slots.graph, np.full(count, np.nan)
+    none, given = np.zeros(system.q.count), np.zeros(system.given.count)
+    values = FamilyValues(system, 0.0, none, none, given)
+    for one in listed:
+        inside = [*slots.inside(one.argument)]
+        moving = [symbol for symbol, slot in inside if slot.array in (system.q, system.v)]
+        fixed = [symbol for symbol, slot in inside if slot.array is system.whole]
+        if len(moving) == 1 and one.argument.symbols == sum(s.symbols for s in (*moving, *fixed)):
+            at_zero = substituted(graph, [one.argument], {moving[0]: graph.zero})[0]
+            found[numbers[one.place]] = -values.node(at_zero / graph.diff(one.argument, moving[0]))
+    return found
+
+
+def modes_of(rows: Places, holding: Places, count: int) -> Places:
+    """The modes that hold each coordinate, (coordinates, modes): its last one stands for those that it does
+    not have; ``NONE`` where it has none."""
+    each = np.bincount(rows, minlength=count)
+    first = np.cumsum(each) - each
+    found = np.full((count, each.max()), NONE)
+    for k in range(each.max()):
+        places = first[each > 0] + np.minimum(k, each[each > 0] - 1)
+        found[each > 0, k] = holding[places]
+    return found
+
+
+def by_term(listed: Sequence[Friction]) -> Mapping[Term, Sequence[Friction]]:
+    """Friction by the terms in which it is."""
+    found: dict[Term, list[Friction]] = {}
+    for one in listed:
+        found.setdefault(one.term, []).append(one)
+    return found

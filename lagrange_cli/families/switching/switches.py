@@ -1,0 +1,311 @@
+"""Switches of families: expressions whose sides agree where they change, as those of springs that only push.
+
+A switch between two sides becomes one by a *mode*, which is +1 or -1 until its argument changes its sign (see
+``mechanics.guards``). All modes are one array, and all arguments another one. A switch stands in a term once;
+it has as many modes as its argument has different values among the members.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
+from lagrange_cli.families.description import FamilySystem, Modes
+from lagrange_cli.families.jumps import is_root
+from lagrange_cli.families.switching.friction import Decision, Held, Rest, linear_in
+from lagrange_cli.families.switching.held_vectors import Acting, Rubbing, held_along
+from lagrange_cli.families.switching.holding import held
+from lagrange_cli.families.switching.switched import Switched
+from lagrange_cli.families.switching.vector_friction import DIRECTIONS, with_lengths
+from lagrange_cli.mechanics.guards.modes import three_ways
+from lagrange_cli.mechanics.substitution import rewritten, substituted
+from lagrange_cli.mechanics.switching.switches import where_zero
+from lagrange_cli.records import replace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.expression.index_arrays import Places
+
+
+def with_modes(system: FamilySystem) -> FamilySystem | None:
+    """The system with modes in place of the switches in its forces and in the arguments of its events; None
+    if there are none.
+
+    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
+    another way than coordinates that rub or meet do (``families.switching.friction``); where an argument of
+    another switch jumps in time; and for switches in masses, in joints and in constraints.
+    """
+    found = Switching(system)
+    if not found.any:
+        return None
+    found.refuse()
+    return found.smooth()
+
+
+def smooth_of(system: FamilySystem) -> FamilySystem | None:
+    """The system with modes in place of switches, if it has any."""
+    smooth = with_modes(system)
+    if smooth is not None and system.contacts is not None and smooth.modes and smooth.modes.limits:
+        raise Unsuited  # friction would have to know the forces of contact
+    return smooth
+
+
+def passing_where_parameters_jump(system: FamilySystem) -> FamilySystem:
+    """The same system, whose motions pass where the signs of parameters say whether forces jump: those that
+    would have to be held there end."""
+    passing = replace(system, passes=True)
+    return replace(passing, smooth=smooth_of(passing))
+
+
+def with_modes_in(
+    system: FamilySystem, listed: Sequence[Total]
+) -> tuple[FamilySystem, Mapping[Total, Total]]:
+    """The same of a system that has some, and of further totals that are ``listed``: with modes, by those
+    without."""
+    found = Switching(system, listed)
+    return found.smooth(), {one: found.of(one) for one in listed}
+
+
+Use: TypeAlias = "tuple[Domain, Node]"
+"""Members that have a switch, and its argument."""
+
+
+class Switching(Switched):
+    """The totals of a system with modes in place of switches."""
+
+    def __init__(self, system: FamilySystem, listed: Sequence[Total] = ()) -> None:
+        super().__init__(system, listed)
+        self._changed: dict[Total, Total] = {}
+        self.turned: dict[Use, NDArray[np.bool_]] = {}
+        """Which members have the opposite of what decides their mode."""
+
+    @cached_property
+    def uses(self) -> list[dict[Use, Places]]:
+        """Where each argument is used, and the places of its numbers there, (members, numbers). Those that
+        differ in their members alone are one; what decides others is before them."""
+        found: dict[tuple[Node, tuple[Array, ...]], dict[Use, Places]] = {}
+        for total in self.totals:
+            for term in self.merged(total):
+                for one in self.followed([term.node]):
+                    argument = one.arguments[0]
+                    inside = [
+                        (node, slot) for node in reachable([argument]) if (slot := self.slots.of.get(node))
+                    ]
+                    given = {node: self.graph.symbol(f"argument {i}") for i, (node, _) in enumerate(inside)}
+                    alike = substituted(self.graph, [argument], given)[0]
+                    places = np.array([slot.table for _, slot in inside], dtype=np.int64)
+                    use, places = (term.domain, argument), places.reshape(-1, term.domain.count).T
+                    arrays = tuple(slot.array for _, slot in inside)
+                    if arrays == (self.system.v, self.system.v):
+                        alike, places, self.turned[use] = self._in_order(alike, places, {*found})
+                    found.setdefault((alike, arrays), {})[use] = places
+        return [*found.values(), *self._lengths()]
+
+    def _lengths(self) -> Iterator[dict[Use, Places]]:
+        """The lengths of vectors along which friction acts, each with the coordinates that are held."""
+        for one in self.along.values():
+            yield {(one.domain, one.length): np.stack(one.rows, axis=1)}
+
+    def _in_order(
+        self, alike: Node, places: Places, known: Collection[tuple[Node, tuple[Array, ...]]]
+    ) -> tuple[Node, Places, NDArray[np.bool_]]:
+        """An argument of two velocities, or its opposite with these in the other order, if that is ``known``;
+        and which members have the opposite."""
+        first, second = (self.graph.symbol(f"argument {i}") for i in range(2))
+        other = -substituted(self.graph, [alike], {first: second, second: first})[0]
+        if other is alike:
+            turned = places[:, 0] > places[:, 1]
+        else:
+            turned = np.full(len(places), (other, (self.system.v,) * 2) in known)
+            alike = other if turned.all() else alike
+        return alike, np.where(turned[:, None], places[:, ::-1], places), turned
+
+    @cached_property
+    def numbers(self) -> tuple[int, dict[Use, Places], list[tuple[Use, Places, Places]]]:
+        """How many modes there are; which of them the members of a use have; and by which of its members, in
+        which use, each mode is decided: members, and their modes."""
+        count = 0
+        numbers: dict[Use, Places] = {}
+        chosen: list[tuple[Use, Places, Places]] = []
+        for uses in self.uses:
+            _, index, inverse = np.unique(
+                np.concatenate([*uses.values()]), axis=0, return_index=True, return_inverse=True
+            )
+            first = 0
+            for use, places in uses.items():
+                last = first + len(places)
+                numbers[use] = count + inverse.reshape(-1)[first:last]
+                own = np.flatnonzero((first <= index) & (index < last))
+                if len(own):
+                    chosen.append((use, index[own] - first, count + own))
+                first = last
+            count += len(index)
+        return count, numbers, chosen
+
+    @cached_property
+    def arguments(self) -> Total:
+        """The arguments of all modes, which may depend on other modes."""
+        terms = [Term(one.domain, one.argument, one.modes) for one in self.decisions]
+        return total_of(self.modes.count, terms, self.graph)
+
+    @cached_property
+    def decisions(self) -> list[Decision]:
+        """Which members decide modes, and by what."""
+        found = []
+        for (domain, argument), members, modes in self.numbers[2]:
+            node = self._frozen(argument, domain)
+            if any(one.domain is domain and one.length is argument for one in self.along.values()):
+                mode = self.mode_of(domain, argument)
+                node = mode * mode * node
+            turned = self.turned.get((domain, argument), np.zeros(domain.count, dtype=bool))[members]
+            for which, sign in ((~turned, 1.0), (turned, -1.0)):
+                if which.any():
+                    own = Domain(int(which.sum()))
+                    decides = sign * placed(self.slots, node, own, members[which])
+                    found.append(Decision(own, decides, modes[which]))
+        return found
+
+    def smooth(self) -> FamilySystem:
+        """The system with modes."""
+        system, events = self.system, self.system.events
+        if events is not None:  # modes may have to be chosen after an action
+            arguments = self.of(events.arguments)
+            events = replace(events, arguments=arguments, simple=np.zeros_like(events.simple), affected=())
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
+        if self.held is not None:
+            held = self.held
+            needed += [*held.before, held.other]
+            modes = replace(
+                modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
+                placed=self.placed, locks=held.locks, vectors=held.vectors, beside=held.beside,
+            )  # fmt: skip
+        return replace(
+            system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
+            gradient=self.of(system.gradient), vector=system.vector and self.of(system.vector),
+            applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
+        )  # fmt: skip
+
+    @property
+    def placed(self) -> Places:
+        """The modes of forces that jump with places."""
+        found = [
+            self.numbers[1][one.term.domain, one.argument]
+            for one in self.friction
+            if self.slots.moving(one.argument, {self.system.q})
+        ]
+        return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
+
+    @cached_property
+    def held(self) -> Held | None:
+        """The forces where friction may hold coordinates; None where it may not."""
+        found = self._held_by_numbers() if self.friction else None
+        return self._held_along(found) if self.along else found
+
+    def _held_along(self, found: Held | None) -> Held:
+        """The same, where friction along vectors holds others besides."""
+        system = self.system
+        listed = [
+            Rubbing(one, self.numbers[1][one.domain, one.length], self.mode_of(one.domain, one.length))
+            for one in self.along.values()
+        ]
+        rows = np.concatenate([row for one in self.along.values() for row in one.rows])
+        if any(np.isin(one.term.targets, rows).any() for one in self.friction):
+            raise Unsuited(*DIRECTIONS)
+        forces, applied = (self.by_terms(one) for one in (system.forces, system.applied))
+        if found is not None:
+            forces, applied = found.forces, found.applied
+        acting = Acting(forces, applied, self.of(system.slopes))
+        return held_along(system, listed, acting, found, self.frozen)
+
+    def _held_by_numbers(self) -> Held:
+        """The same, of velocities and places one by one."""
+        system, rubbing = self.system, {one.term for one in self.friction}
+        others = [one for one in self.merged(system.forces) if one not in rubbing]
+        if any(len(linear_in(system, one.argument, self.moving)) > 1 for one in self.friction):
+            return self._held_together()
+        applied = self.by_terms(system.applied)
+        if system.joints is not None:
+            from lagrange_cli.families.switching.locked import locked
+
+            given = self.modes, self.numbers[1], self.frozen
+            return locked(system, self.friction, others, applied, *given)
+        slopes = self.of(system.slopes)
+        rest = Rest(others, applied, slopes)
+        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen)
+
+    def _held_together(self) -> Held:
+        """The forces where friction may hold coordinates to each other."""
+        from lagrange_cli.families.switching import relative_friction
+
+        system = self.system
+        contacts = relative_friction.Contacts(
+            system, self.modes, self.numbers[1], self.decisions, self.frozen
+        )
+        whole = self.by_terms(system.forces), self.by_terms(system.applied)
+        return relative_friction.held(contacts, self.friction, whole, self.moving)
+
+    @cached_property
+    def modes(self) -> Array:
+        """The modes."""
+        return Array(Source.MODES, self.numbers[0])
+
+    def of(self, total: Total) -> Total:
+        """A total with modes; the same if it has no switches."""
+        if not self.within(total):
+            return total
+        if total not in self._changed:
+            acting = total in (self.system.forces, self.system.applied)
+            if acting and self.held is not None:
+                self._changed[self.system.forces] = self.held.forces
+                self._changed[self.system.applied] = self.held.applied
+            else:
+                self._changed[total] = self.by_terms(total)
+        return self._changed[total]
+
+    def by_terms(self, total: Total) -> Total:
+        """The same, term by term."""
+        return replace(total, terms=tuple(map(self.frozen, self.merged(total))))
+
+    def frozen(self, term: Term) -> Term:
+        """A term with modes."""
+        return replace(term, node=self._frozen(term.node, term.domain))
+
+    def mode_of(self, domain: Domain, argument: Node) -> Node:
+        """The mode that the members of a domain have for an argument."""
+        use = domain, argument
+        mode: Node = self.slots.symbol(domain, self.modes, self.numbers[1][use])
+        turned = self.turned.get(use)
+        if turned is None or not turned.any():
+            return mode
+        if turned.all():
+            return -mode
+        return mode * (1.0 - 2.0 * self.slots.symbol(domain, self.system.whole, turned.astype(np.int64)))
+
+    def _frozen(self, root: Node, domain: Domain) -> Node:
+        """An expression of the members of a domain, with modes."""
+        passed = {*self.followed([root])}
+
+        def change(node: Node, arguments: list[Node]) -> Node | None:
+            slot = self.slots.of.get(node)
+            if self.along:
+                given = node, arguments, domain, self.along, self.mode_of
+                if (changed := with_lengths(self.graph, *given)) is not None:
+                    return changed
+            if node in passed:
+                mode, (argument, above, below) = self.mode_of(domain, node.arguments[0]), arguments
+                if any(is_root(one, self.moving) for one in reachable([above, below])):  # no number there
+                    at_zero = where_zero(self.graph, above, argument)
+                    return three_ways(self.graph, mode, above, below, at_zero)
+                return self.graph.switch(mode, above, below, -1)
+            if slot is not None and isinstance(slot.array, Total):
+                return self.slots.symbol(domain, self.of(slot.array), slot.table)
+            return None
+
+        return rewritten(self.graph, [root], change)[0]

@@ -1,0 +1,138 @@
+"""Modes of guards in the memory of a motion's state, and the series of arguments where the motion is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+
+from lagrange_cli.integrate.guards.latest import Latest
+from lagrange_cli.integrate.workspace import accelerated
+from lagrange_cli.native.guards import FOUND, SMALLEST
+from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
+
+DERIVATIVES = FOUND - 2
+"""The number of derivatives of arguments that are examined."""
+ORDERS = np.arange(1, DERIVATIVES + 2)
+SEEN = 2
+"""So many series are kept: the present ones, and those of an attempt at other modes."""
+ROUNDING = 2.0**-44
+"""A derivative that is so small beside the terms of the others is a rounding error."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is known of the series from a state on: the ``rates`` of the rows, and the first ``coefficients``
+    of the integrands of those behind the coordinates (rows, orders)."""
+
+    rates: Array
+    coefficients: Array
+
+
+class Modes:
+    """The modes and marks of switches, then those of events and contacts.
+
+    ``constants``, ``memory`` and ``work`` are the arrays that compiled code works on.
+    """
+
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        self.machine = machine
+        program = machine.program
+        self.constants, self.memory, self._work = constants, memory, work
+        self._layout, self._rows = program.inner, program.rows_of_guards
+        first, count = self._rows.mode(self._layout), self._rows.count
+        self.modes = memory[first : first + count]
+        marks = self._rows.fresh(self._layout)
+        self.marks = memory[marks : marks + count]
+        self.count = len(program.guards)
+        self._seen = Latest[Seen](SEEN)
+        settings = memory[self._layout.settings]
+        self._at = settings.ctypes.data, constants.ctypes.data
+        """Where parameters, modes and constants are."""
+
+    def set_parameters(self, parameters: Array) -> None:
+        """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
+        parts = self.machine.program.given
+        settings = self.memory[self._layout.settings]
+        width = self._rows.parameters + self._rows.count
+        for part, given in enumerate(parameters.reshape(parts, -1)):
+            settings[part * width : part * width + self._rows.parameters] = given
+
+    def mark(self, guards: Sequence[int]) -> None:
+        """The arguments of these are 0 now."""
+        self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
+
+    def begin_steps(self) -> None:
+        """Forget what steps before tell of the next one."""
+        self.memory[[self._layout.at(one) for one in BEGINNING]] = 0.0
+
+    def prepare(self) -> None:
+        """Compute the constants of the equations from parameters and modes."""
+        self.machine.prepare(*self._at)
+
+    def _series(self) -> Array:
+        """The series from here on; the rates of velocities and integrals."""
+        self.prepare()
+        self._here = self._seen.of(self.memory, self._see)  # an attempt at other modes, and back
+        return self._here.rates
+
+    def _see(self) -> Seen:
+        rates, _ = accelerated(self.machine, self.constants, self.memory, self._work)
+        first, step, term = self.machine.program.series_at
+        start = first + step * self._layout.v.start + term
+        shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
+        coefficients = as_strided(self._work[start:], shape, strides, writeable=False) * ORDERS
+        return Seen(rates, coefficients)
+
+    def _arguments(self) -> Array:
+        """The values of all guards' arguments."""
+        self._series()
+        found: Array = self._coefficients_of_arguments()[:, 0]
+        return found
+
+    def _coefficients(self, row: int) -> Array:
+        """The first Taylor coefficients of the integrand of a row, beginning with its value."""
+        found: Array = self._coefficients_of(row, row + 1)[0]
+        return found
+
+    def _coefficients_of(self, start: int, stop: int) -> Array:
+        """Those of some rows behind the coordinates (rows, coefficients), where ``_series`` was called
+        last."""
+        first = self._layout.v.start
+        return self._here.coefficients[start - first : stop - first]
+
+    def _coefficients_of_arguments(self) -> Array:
+        """Those of the arguments of switches."""
+        return self._coefficients_of(self._rows.first, self._rows.first + self.count)
+
+    def coefficients_of(self, *rows: int) -> list[Array]:
+        """The coefficients of rows at the present place of the motion."""
+        self._series()
+        return [self._coefficients(row) for row in rows]
+
+    def values_of(self, rows: Sequence[int]) -> Array:
+        """The rates of some rows."""
+        self._series()
+        return np.array([self._coefficients(row)[0] for row in rows])
+
+    def coefficients_between(self, start: int, stop: int) -> Array:
+        """The same of the rows from one to before another (rows, coefficients)."""
+        self._series()
+        return self._coefficients_of(start, stop)
+
+    def accelerations(self) -> Array:
+        """Those of the coordinates."""
+        return self._series()[: self.machine.program.degrees]
+
+    def scale(self) -> Array:
+        """The largest coefficients of each order among velocities: the scale for rounding errors of a
+        derivative."""
+        found = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
+        return np.append(0.0, np.max(np.abs(found), axis=0))

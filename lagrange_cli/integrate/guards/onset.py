@@ -1,0 +1,291 @@
+"""The first part of a motion that friction along vectors has held, from where it begins to slide.
+
+At u = 0 the direction u/|u| has no series, though it has a limit. The motion is taken a little way from there
+by collocation: rates at Gauss's nodes are those of the polynomial through them. Newton's method begins with
+the motion that is held, whose force has a direction, and what friction in this direction changes about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.guards.apart import Stage, newton_change, unit_slopes, whole_newton_change
+from lagrange_cli.integrate.guards.collocation import STAGES, rule
+from lagrange_cli.integrate.guards.leading import Leading
+from lagrange_cli.native.guards import HELD
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+
+SOON = 2.0**-30
+"""A velocity that becomes 0 within this fraction of the time is set to 0."""
+ROUNDS, TURNS = 12, 3
+"""Iterations of Newton's method, at most; and of directions before it."""
+EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
+"""Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
+friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
+NUDGE = 2.0**-10
+"""By which part of |u| velocities are changed to find how forces depend on them."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction along a vector where that is 0: the ``slopes`` of its parts by velocities (parts, velocities),
+    the ``velocities`` that friction gives it, for each part that then is 1 (velocities, parts); how large
+    accelerations by friction are, ``usual``, and the ``rate`` of the vector by it."""
+
+    slopes: Array
+    velocities: Array
+    usual: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class Held:
+    """The motion while vectors are held: the series of its ``accelerations`` (velocities, coefficients), of
+    the ``forces`` that hold the vectors (parts, coefficients), and what ``friction`` does to them."""
+
+    accelerations: Array
+    forces: Mapping[int, Array]
+    friction: dict[int, Friction]
+
+    @property
+    def scale(self) -> float:
+        """A time in which accelerations and forces change by as much as they are, at most."""
+        times, usual = [math.inf], max((one.usual for one in self.friction.values()), default=0.0)
+        for series, least in ((self.accelerations, usual), *((one, 0.0) for one in self.forces.values())):
+            sizes = np.max(np.abs(series), axis=0)
+            whole = max(sizes[0], least)
+            times += [(whole / size) ** (1.0 / m) for m, size in enumerate(sizes) if m and size > 0.0]
+        return min(times)
+
+
+@dataclass(frozen=True)
+class Way:
+    """The motion from the memory ``origin`` on for a ``length`` of time, by its ``rates`` at Gauss's nodes
+    (nodes, rows but q)."""
+
+    origin: Array
+    length: float
+    rates: Array
+
+
+class Onset(Leading):
+    """Motions that begin to slide."""
+
+    onset: Way | None = None
+    """How sliding has begun last, until this is forgotten."""
+
+    @property
+    def _own(self) -> slice[int, int, None]:
+        """The velocities, without those of auxiliary coordinates."""
+        first = self._layout.v.start
+        return slice(first, first + self.machine.program.degrees)
+
+    @property
+    def _tiny(self) -> float:
+        """A velocity that is small beside those of the motion."""
+        return SOON * (float(np.max(np.abs(self.memory[self._own]))) or self.span)
+
+    def _parts(self, *vectors: int) -> Array:
+        """The parts of vectors, one after the other."""
+        self._series()
+        guards = [self._rows.guards[j] for j in vectors]
+        return np.concatenate(
+            [self._coefficients_of(one.beside, one.beside + one.parts)[:, 0] for one in guards]
+        )
+
+    @cached_property
+    def _apart(self) -> bool:
+        """Whether all vectors are held apart from one another."""
+        guards = [self._rows.guards[j] for j in self._rows.vectors]
+        return bool(guards) and all(one.alone for one in guards)
+
+    def _slopes_of_parts(self, *vectors: int) -> Array:
+        """Their derivatives by velocities (parts, velocities); they are linear in these."""
+        if self._apart:
+            pivots = [self._rows.guards[j].pivots for j in vectors]
+            return unit_slopes(pivots, self.machine.program.degrees)
+        memory, here, found = self.memory.copy(), self._parts(*vectors), []
+        for k in range(self._own.start, self._own.stop):
+            self.memory[k] += 1.0
+            found.append(self._parts(*vectors) - here)
+            self.memory[:] = memory
+        slopes: Array = np.array(found).T
+        return slopes
+
+    def _rates_at(self, t: float, places: Array, speeds: Array) -> Array:
+        """The rates of all rows but q after a time, in which coordinates and velocities change by so much
+        more than in uniform motion. That state stays in the memory."""
+        layout = self._layout
+        self._move(t, np.zeros(layout.rates.stop - layout.rates.start))
+        self._add(slice(layout.q.start, layout.q.start + len(places)), places)
+        self._add(self._own, speeds)
+        self._series()
+        return self._rates_of_rows()
+
+    def _friction(self, j: int) -> Friction:
+        """What friction does to a vector that is held."""
+        memory, slopes, changes = self.memory.copy(), self._slopes_of_parts(j), []
+        still, inverse = np.zeros(self.machine.program.degrees), inverse_of(slopes)
+        for nudge in (self._tiny * inverse).T:
+            sides = []
+            for speeds in (nudge, -nudge):
+                self.modes[j] = 1.0
+                sides.append(self._rates_at(0.0, still, speeds)[: len(still)])
+                self.memory[:] = memory
+            changes.append((sides[0] - sides[1]) / 2.0)
+        given = np.array(changes).T
+        if not np.all(np.isfinite(given)):
+            return Friction(slopes, inverse, 0.0, 0.0)
+        rates = slopes @ given
+        sizes = (float(np.max(np.abs(one))) for one in (given, rates))
+        return Friction(slopes, given @ inverse_of(rates), *sizes)
+
+    def held(self, vectors: Iterable[int], sliding: Iterable[int]) -> Held:
+        """The motion from here on if nothing slides; what friction does is found of all, or where they are
+        apart, of those that are ``sliding`` then."""
+        self._series()
+        accelerations = self._coefficients_of(self._own.start, self._own.stop).copy()
+        forces = {}
+        for j in vectors:
+            guard = self._rows.guards[j]
+            forces[j] = self._coefficients_of(guard.multiplier, guard.multiplier + guard.parts).copy()
+        known = (j for j in sliding if j in forces) if self._apart else forces
+        return Held(accelerations, forces, {j: self._friction(j) for j in known})
+
+    def _guess(self, t: float, held: Held, sliding: Iterable[int]) -> tuple[Array, dict[int, Array]]:
+        """About the accelerations after a time, and the directions in which vectors slide then."""
+        memory, orders = self.memory.copy(), np.arange(held.accelerations.shape[1])
+        powers = t**orders
+        usual = held.accelerations @ powers
+        places = held.accelerations @ (powers * t**2 / ((orders + 1) * (orders + 2)))
+        speeds = held.accelerations @ (powers * t / (orders + 1))
+        along = {j: unit(held.forces[j] @ powers) for j in sliding if j in held.friction}
+        found = usual
+        for _ in range(TURNS):
+            nudges = [held.friction[j].velocities @ one for j, one in along.items()]
+            found = self._rates_at(t, places, speeds + self._tiny * np.sum(nudges, axis=0))[: len(usual)]
+            self.memory[:] = memory
+            rates = {j: held.friction[j].slopes @ (found - usual) for j in along}
+            along = {j: unit(held.friction[j].rate * one + rates[j]) for j, one in along.items()}
+        for j, one in along.items():
+            found = found - held.friction[j].velocities @ (rates[j] - one * (one @ rates[j]))
+        return found, along
+
+    def _collocated(
+        self, length: float, until: float, held: Held, sliding: Mapping[int, float]
+    ) -> dict[int, float] | None:
+        """Move on ``until`` a time, at most a ``length``, in which guards that have been ``held`` have other
+        modes: they are ``sliding``. Returns further ones, where forces exceed their limits on this way; None
+        where polynomials of that length do not describe the motion."""
+        own = self.machine.program.degrees
+        usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
+        self.modes[[*sliding]] = [*sliding.values()]
+        origin, gauss_rule = self.memory.copy(), rule()
+        parts = self.machine.program.parts
+        speeds = np.abs(origin[self._own])  # surfaces move with the time, which is rounded, too
+        by_time = abs(origin[self._layout.time]) * np.max(np.abs(held.accelerations[:, 0])) / 8.0
+        rounded = ROUNDED[parts - 1] * float(max(np.max(speeds), by_time))
+        once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
+
+        def rates(t: float, places: Array, speeds: Array) -> Array:
+            self.memory[:] = origin
+            return self._rates_at(t, places, speeds)
+
+        guesses = [self._guess(t, held, sliding) for t in times]
+        found = np.array([one for one, _ in guesses])
+        for _ in range(ROUNDS):
+            if not np.all(np.isfinite(found)):
+                return None
+            speeds, places = length * (once @ found), length**2 * (twice @ found)
+            accelerations, stages = np.empty((STAGES, own)), list[Stage]()
+            for i, one in enumerate(zip(times, places, speeds)):
+                accelerations[i] = rates(*one)[:own]
+                sizes = [self._speed_along(j, held) for j in sliding if j in held.friction]
+                stages.append(Stage(*one, np.array(sizes)))
+            if not np.all(np.isfinite(accelerations)):
+                return None
+            pivots = [self._rows.guards[j].pivots for j in sliding if j in held.friction]
+            newton = newton_change if self._apart else whole_newton_change
+            change = newton(accelerations - found, stages, pivots, length * once, rates, NUDGE)
+            if not np.all(np.isfinite(change)):
+                return None
+            found = found + change
+            exact = EXACT * (usual if parts == 1 else np.max(np.abs(found)))
+            if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
+                break
+        else:
+            return None
+        speeds, places = length * (once @ found), length**2 * (twice @ found)
+        highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
+        if highest[0] > exact and highest[1] > rounded:
+            return None
+        here, beyond = [], dict[int, float]()
+        for t, (_, along), *changes in zip(times, guesses, places, speeds):
+            here.append(rates(t, *changes))
+            beyond |= self._beyond()
+            forward = all(self._parts(j) @ one > 0.0 for j, one in along.items())
+            if not (forward and self._on_their_sides()):
+                return None
+        if beyond:
+            return beyond
+        self.onset = Way(origin, length, np.hstack([found, np.array(here)[:, own:]]))
+        self._follow(self.onset, until)
+        self.marks[:] = np.fmin(self.marks, 0.0)
+        return {} if self._on_their_sides() else None
+
+    def _follow(self, way: Way, t: float) -> None:
+        """Move to where a motion is after a time."""
+        layout, own = self._layout, self.machine.program.degrees
+        to_speeds, to_places = rule().until(t / way.length)
+        self.memory[:] = way.origin
+        self._move(t, np.zeros(way.rates.shape[1]))
+        places = way.length**2 * (to_places @ way.rates[:, :own])
+        self._add(slice(layout.q.start, layout.q.start + own), places)
+        self._add(layout.rates, way.length * (to_speeds @ way.rates))
+
+    def samples(self, way: Way, times: Array) -> Array:
+        """The states (rows of every part, n) at some times."""
+        memory, layout, found = self.memory.copy(), self._layout, []
+        for t in np.fmax(times - way.origin[layout.time], 0.0):
+            self._follow(way, t)
+            high, low = (self.memory[layout.part(part)].copy() for part in (0, 1))
+            found.append(high + low if self.machine.program.parts == 1 else np.append(high, low))
+        self.memory[:] = memory
+        states: Array = np.array(found).reshape(len(times), layout.rows * self.machine.program.parts).T
+        return states
+
+    def _speed_along(self, j: int, held: Held) -> float:
+        """How large velocities are that make up a vector."""
+        return float(np.linalg.norm(self._parts(j)) / np.max(np.abs(held.friction[j].slopes)))
+
+    def _beyond(self) -> dict[int, float]:
+        """The guards whose forces exceed their limits while they are held, with the modes of their sides."""
+        self._series()
+        rows = enumerate(self._rows.guards[: self.count])
+        held = [j for j, guard in rows if guard.multiplier and self.modes[j] == 0.0]
+        found = zip(held, self._multipliers(held).tolist())
+        return {j: 1.0 if size > 0.0 else -1.0 for j, size in found if not abs(size) <= HELD}
+
+    def _on_their_sides(self) -> bool:
+        """Whether arguments have the signs of their modes."""
+        arguments = self.coefficients_between(self._rows.first, self._rows.first + self._rows.count)[:, 0]
+        return bool(np.all(arguments * self.modes[: len(arguments)] >= 0.0))
+
+
+def inverse_of(matrix: Array) -> Array:
+    """The pseudoinverse of a matrix."""
+    found: Array = np.linalg.pinv(matrix).astype(np.float64)
+    return found
+
+
+def unit(vector: Array) -> Array:
+    """Its direction."""
+    found: Array = vector / (float(np.linalg.norm(vector)) or 1.0)
+    return found

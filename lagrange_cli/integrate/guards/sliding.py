@@ -1,0 +1,199 @@
+"""Friction along a vector u (see ``mechanics.guards.vectors``): where u becomes 0, the motion is held, or
+slides on in the direction in which it is pushed; where what holds it reaches its limit, sliding begins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
+from lagrange_cli.integrate.guards.drag import Drag
+from lagrange_cli.integrate.guards.modes import ROUNDING
+from lagrange_cli.integrate.guards.onset import SOON, inverse_of
+from lagrange_cli.native.guards import SMALLEST
+from lagrange_cli.native.state import Clock
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+
+LONGEST, SHORTER, LEAST = (2.0**-4, 2.0**-12), 2.0**-2, (2.0**-40, 2.0**-80)
+"""The longest way, as part of the time in which forces change: accelerations are known to doubles there; how
+much shorter the next one is; and the shortest, as part of the time."""
+
+EXACT = 2
+"""How often a velocity that is 0 up to rounding is set to 0."""
+FEW = 4.0
+"""A velocity of so many rounding errors may be 0."""
+
+
+class Sliding(Drag):
+    """The modes of lengths of vectors."""
+
+    end = np.inf
+    """The time at which the motion ends, which no way goes beyond."""
+    undetermined = False
+    """Whether several forces have held the motion last, whose sum alone follows from the equations."""
+
+    def vectors(self) -> list[int]:
+        """The guards of lengths of vectors that friction may hold."""
+        return [j for j in self._rows.vectors if self._rows.guards[j].multiplier]
+
+    def stops(self) -> bool:
+        """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
+        self._series()
+        soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
+        vectors = self.vectors()
+        u, rate = self._coefficients_of_arguments()[vectors, :2].T
+        due = (u <= self._rounding_of_speeds) | ((rate < 0.0) & (u > 0.0) & (u <= -rate * soon))
+        for j in np.array(vectors)[due & (self.modes[vectors] != 0.0)].tolist():
+            return self.slide_or_hold(j)
+        return self.turns()
+
+    @property
+    def _rounding_of_speeds(self) -> float:
+        """How large a velocity may be that is 0 but for rounding."""
+        unit = ROUNDED_OFF[self.machine.program.parts - 1]
+        return FEW * unit * float(np.max(np.abs(self.memory[self._own])))
+
+    def slide_or_hold(self, j: int) -> bool:
+        """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
+        motion goes on."""
+        before, reached = self.memory.copy(), self.modes[j] == 0.0
+        self.begin_steps()
+        self._stop(j)
+        self.modes[j] = 0.0
+        vectors = self.vectors()
+        ends = np.cumsum([0, *(self._rows.guards[k].parts for k in vectors[:-1])])
+        largest = np.maximum.reduceat(np.abs(self._parts(*vectors)), ends)
+        self.modes[np.array(vectors)[largest <= self._rounding_of_speeds]] = 0.0  # with it, or at that time
+        self._take_rounding([k for k in self.vectors() if self.modes[k] == 0.0])
+        if reached:
+            self._move_to_limit(j)
+        beyond = self._beyond()
+        several = sum(self.modes[k] == 0.0 for k in vectors) > 1
+        self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
+        loose = {j: 1.0} if reached else {}
+        loose |= {k: 1.0 for k in beyond if k in vectors}
+        found = not loose or self._slide(loose)
+        if not found:
+            self.memory[:] = before
+        self.prepare()
+        return found
+
+    def _move_to_limit(self, j: int) -> None:
+        """Move to where the force that holds a vector is as large as its limit, which is near: a method that
+        takes steps on rates has found this time with its own error."""
+        self._series()
+        excess, rate = self._coefficients(self._rows.guards[j].limit + 1)[:2]
+        t = -excess / rate if rate else np.inf
+        if abs(t) <= SOON * abs(self.memory[self._layout.time]):
+            self._move(t, self._rates_of_rows())
+
+    def _stop(self, j: int) -> None:
+        """Take a vector away that is 0 up to rounding, as friction does."""
+        if not np.any(self._parts(j)):
+            return
+        if self._apart:
+            self._take_rounding([j])
+            return
+        memory = self.memory.copy()
+        self._take_rounding([j])
+        self.modes[j] = 0.0
+        velocities = self._friction(j).velocities
+        self.memory[:] = memory
+        self._take_parts([j], velocities)
+
+    def _take_rounding(self, vectors: Sequence[int]) -> None:
+        """Take vectors away in any direction: what rounding has left of them."""
+        if vectors and np.any(self._parts(*vectors)):
+            slopes = self._slopes_of_parts(*vectors)
+            self._take_parts(vectors, slopes.T if self._apart else inverse_of(slopes))
+
+    def _take_parts(self, vectors: Sequence[int], velocities: Array) -> None:
+        for _ in range(2):
+            change = np.zeros(self._layout.degrees)
+            change[: len(velocities)] = velocities @ self._parts(*vectors)
+            self._take_away(change, exactly=True)
+
+    def _take_away(self, change: Array, *, exactly: bool) -> None:
+        """Subtract it from the velocities; ``exactly``: what is left of one up to rounding becomes 0."""
+        layout = self._layout
+        self._add(layout.v, -change)
+        stopped = np.abs(self.memory[layout.part(0)][layout.v]) <= ROUNDING * np.abs(change) * exactly
+        for begin in (0, layout.width, layout.third)[: self.machine.program.parts + 1]:
+            self.memory[begin:][layout.v][stopped] = 0.0
+
+    def _move_as_one(self) -> None:
+        """Let velocities that are equal be so with all that is behind their digits: what sticks to something
+        would differ from it in the last digit now and then, and steps on rates would follow that."""
+        layout, parts = self._layout, self.machine.program.parts
+        starts = (0, layout.width, layout.third)[: parts + 1]
+        high, *low, rest = (self.memory[start:][layout.v] for start in starts)
+        _, alike = np.unique(high + 1j * low[0] if low else high, return_inverse=True)
+        rest[np.bincount(alike)[alike] > 1] = 0.0
+
+    def _stop_at(self, j: int) -> None:
+        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
+        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
+        u''."""
+        found = []
+        for mode in (1.0, -1.0):
+            self.modes[j] = mode
+            accelerations = self._series()[: self._layout.degrees]
+            found.append((accelerations, self._coefficients(self._rows.first + j)))
+        (first, u), (second, other) = found
+        jump = 2.0 * (u[2] - other[2])
+        if u[1] == other[1] and jump != 0.0:
+            self._take_away((first - second) * (u[1] / jump), exactly=True)
+            self.memory[self._layout.at(Clock.PASSES)] = 0.0
+
+    def _take_to(self, j: int, value: float) -> None:
+        """Set the argument of a guard that may hold the motion, or its rate if it is a place, to a value that
+        it has up to rounding: by a change of velocities in the direction of the force that holds."""
+        own, order = float(self.modes[j]), int(self._rows.guards[j].placed)
+        for _ in range(EXACT):
+            self._series()
+            off = float(self._coefficients(self._rows.first + j)[order]) - value
+            if off == 0.0:
+                return
+            accelerations: list[Array] = []
+            slopes: list[float] = []
+            for mode in (1.0, -1.0):
+                self.modes[j] = mode
+                accelerations.append(self._series()[: self._layout.degrees])
+                u = self._coefficients(self._rows.first + j)
+                slopes.append((order + 1) * float(u[order + 1]))
+            self.modes[j] = own
+            change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
+            if not np.all(np.isfinite(change)):
+                return
+            self._take_away(change, exactly=value == 0.0)
+
+    def _slide(self, loose: dict[int, float]) -> bool:
+        """Begin to slide where the forces of some guards exceed their limits, with those that would exceed
+        theirs otherwise: a little way."""
+        origin = self.memory.copy()
+        held = self.held([j for j in self.vectors() if self.modes[j] == 0.0], loose)
+        now, drag = float(origin[self._layout.time]), [j for j in self.dragged() if self.modes[j] == 0.0]
+        which = self.machine.program.parts - 1
+        length = LONGEST[which] * min(held.scale, self.span)
+        while length >= LEAST[which] * max(abs(now), self.span):
+            sliding, more = loose | dict.fromkeys(drag, 1.0), loose
+            while more:
+                self.memory[:] = origin
+                held.friction.update(
+                    {j: self._friction(j) for j in sliding if j in held.forces and j not in held.friction}
+                )
+                found = self._collocated(length, min(length, self.end - now), held, sliding)
+                if found is None:
+                    break
+                sliding, more = sliding | found, found
+            else:
+                values = self._arguments()
+                self.modes[[j for j in drag if values[j] == 0.0]] = 0.0
+                return True
+            length *= SHORTER
+        self.memory[:] = origin
+        return False

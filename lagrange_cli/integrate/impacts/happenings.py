@@ -1,0 +1,310 @@
+"""Events that compiled code leaves to its caller: actions, rest, and the end of a run.
+
+After an action every event whose expression it has changed is on the side of that expression's sign. Where
+this is 0 it is on the side that the motion leads to: a zero that an action leaves is no event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.ending import Ending, Finished
+from lagrange_cli.integrate.events import Change, Crossings, parameters_in
+from lagrange_cli.integrate.guards.modes import ROUNDING
+from lagrange_cli.integrate.impacts.resting import Impact, Resting
+from lagrange_cli.integrate.impacts.sides import Sides
+from lagrange_cli.integrate.impacts.standstill import Moving, Standstill
+from lagrange_cli.limits import limit
+from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, Role
+from lagrange_cli.native.state import Clock
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.integrate.events import EventSink, Judge
+
+GRAZING = 2.0**-46
+"""An argument that goes beyond 0 by at most this fraction of its terms may not cross 0 at all."""
+FLAT = 2.0**-12
+"""The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
+ULP = {1: 2.0**-52, 2: 2.0**-104}
+"""The rounding of numbers of so many parts."""
+ALSO = 64
+"""Impacts that happen at the same time are followed at once, so many at most."""
+ALIKE, BLURRED = 8.0, 2.0**-37
+"""Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
+of no account."""
+
+
+def blur(noise: float, rates: Array) -> tuple[int, float]:
+    """How many zeros rounding may not tell from one, up to 3, and by how much it may move them: where
+    coefficient k alone stands against the ``noise``, by (noise/|c_k|)^(1/k)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moved = np.where(rates == 0.0, np.inf, noise / np.abs(rates))
+    moved **= 1.0 / np.arange(1.0, 1.0 + len(rates))
+    error = float(np.min(moved))
+    return 1 + int(np.flatnonzero(moved <= ALIKE * error)[-1]), error
+
+
+class Happenings:
+    """The events of a motion that begins at ``start``; ``trial`` and ``info`` are arrays of compiled code."""
+
+    def __init__(
+        self,
+        sides: Sides,
+        trial: Array,
+        info: NDArray[np.int64],
+        start: float,
+        sink: EventSink,
+        jumping: Judge,
+    ) -> None:
+        self._sides, self._trial, self._info, self._start = sides, trial, info, start
+        self._program, self._layout, self._guards = sides.program, sides.layout, sides.guards.guards
+        self._names = sink.names or tuple(map(str, range(len(sides.program.events))))
+        self._sink, self._resting = sink, Resting(sides, start)
+        self._standstill = Standstill(sides, self._resting)
+        self._count, self._most = sink.before, limit("events")
+        self._jumping = jumping
+
+    def begin(self) -> Finished | None:
+        """Choose the sides where the motion begins: a zero there is no event, unless an action turns the
+        motion back there."""
+        sides = self._sides
+        self._resting.times[:] = np.nan
+        new, sizes = sides.act_on(sides.state(sides.memory))
+        rows = sides.all_coefficients()
+        for e, (size, rate) in enumerate(sizes):
+            direction, values = self._guards[e + sides.first].direction, rows[e]
+            leads = sides.choose_side(e, values, ROUNDING * size, rate)
+            still = sides.at_zero(e) and abs(values[1]) <= ROUNDING * rate
+            if not leads and direction:  # as for bodies that touch, and move together
+                sides.settling.modes[e + sides.first] = -float(direction)
+            elif still and direction and sides.side(e) == direction:
+                if e in self._resting.guards:
+                    self._resting.hold(e, -float(direction))
+                    rows = sides.all_coefficients()
+                elif sides.changes_nothing(e, new):  # an elastic impact without any speed
+                    return self._finished(Ending.RECURRING, e)
+            elif sides.at_zero(e) and direction and sides.side(e) == direction and sides.turns(e, new):
+                sides.settling.modes[e + sides.first] = -float(direction)
+        self._resting.together()
+        if self._standstill.possible:
+            self._standstill.hold()
+        return None
+
+    def moving(self) -> Moving | None:
+        """How the motion is before switches are looked at."""
+        return self._standstill.now() if self._standstill.possible else None
+
+    def stop(self, before: Moving | None, sample: int) -> Finished | None:
+        """Handle the events that happen because friction stops the motion, which was as ``before``."""
+        stopped = {} if before is None else self._standstill.stopped(before)
+        for event, side in stopped.items():
+            guard = self._guards[event + self._sides.first]
+            if before is not None and not side * guard.direction > 0.0:
+                ended = self._done(event, before.rows[event, 1 : len(NOTES)], sample)
+                if ended is not None or guard.role is not Role.RECORD:
+                    return ended  # an action has made the motion another one
+        return None
+
+    def state(self) -> tuple[float, ...]:
+        """The state besides ``memory`` that a continued run needs."""
+        return (*self._resting.at_once.state(), *map(float, sorted(self._resting.released)))
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Go on from there."""
+        self._resting.released = {int(one) for one in self._resting.at_once.restore(state)}
+
+    def drain(self, sample: int) -> Finished | None:
+        """Hand over the records that compiled code has made since it was called, before that sample."""
+        count, size, first = int(self._info[RECORDED]), self._layout.memory, self._program.records
+        if not count:
+            return None
+        self._info[RECORDED] = 0
+        records = self._trial[first : first + count * size].reshape(count, size)
+        numbers, *rates = records[:, [self._layout.at(one) for one in NOTES]].T
+        for k in np.flatnonzero(numbers == AFTER):
+            before, after = records[k - 1], records[k]
+            passed = sample + int(before[self._layout.at(SAMPLE)])
+            states = self._sides.state(before), self._sides.state(after)
+            parameters = parameters_in(self._program, before), parameters_in(self._program, after)
+            self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
+        crossed = numbers != AFTER
+        events = (numbers - self._sides.first).astype(np.int64)
+        if self._standstill.released:
+            pairs = zip(events, records[:, self._layout.time])
+            crossed &= [not self._standstill.leaving(int(e), float(t)) for e, t in pairs]
+        if not np.any(crossed):
+            return None
+        self._resting.released.difference_update(events[crossed].tolist())
+        return self._crossed(records, np.flatnonzero(crossed), events[crossed], np.array(rates)[:, crossed])
+
+    def happen(self, due: int, sample: int) -> Finished | None:
+        """Handle the guard that has changed its sign, before the sample of that number."""
+        guard, event, sides = self._guards[due], due - self._sides.first, self._sides
+        if guard.role is Role.REST:
+            self._resting.release(due)
+            return None
+        if self._standstill.leaving(event, sides.now):
+            sides.flip(event)
+            return self._recurs(event, sides.now)
+        if self._resting.has_jumped(event):
+            sides.settling.modes[due] *= -1.0
+            return self._recurs(event, sides.now)
+        near = np.inf if event in self._resting.impacts else self._resting.near(event)
+        if sides.leaves_zero(event, near) and not sides.at_zero(event):  # a root of rounding errors
+            sides.settling.mark([due])
+            return self._recurs(event, sides.now)
+        event = self._resting.fastest(event)
+        if self._resting.touches(event):
+            goes_on = self._resting.touch(event)
+            return self._recurs(event, sides.now) if goes_on else self._finished(Ending.RECURRING, event)
+        if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
+            sides.flip(event)
+            if event not in self._resting.released:
+                self._sink.grazed(event, sides.now)
+            return self._recurs(event, sides.now)
+        if sides.side(event) * sides.directions[event] > 0.0:
+            sides.flip(event)
+            return None
+        ended = self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
+            other = self._resting.due()
+            if ended is not None or other is None:
+                break
+            ended = self._done(other, sides.coefficients(other)[1 : len(NOTES)], sample)
+        return ended
+
+    def _done(self, event: int, rates: Array, sample: int) -> Finished | None:
+        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does."""
+        sides, role = self._sides, self._guards[event + self._sides.first].role
+        again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
+        rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
+        ended = self._crossed(sides.memory[None, :], np.array([0]), np.array([event]), rates[:, None])
+        self._resting.released.discard(event)
+        if ended is not None or role is Role.RECORD:
+            sides.flip(event)
+            return ended
+        if event not in sides.sets:
+            return self._finished(Ending.STOPPED, event)
+        return self._act(event, sample)
+
+    def _finished(self, ending: Ending, event: int) -> Finished:
+        return Finished(ending, f"event {self._names[event]!r}")
+
+    def _driven_back(self, event: int) -> bool:
+        """Whether another action takes the motion back to an event that acts, with a speed."""
+        sides = self._sides
+        if self._guards[event + sides.first].role is Role.RECORD:
+            return False
+        rate = sides.act_on(sides.state(sides.memory))[1][event, 1]
+        return bool(sides.coefficients(event)[1] * sides.side(event) < -ROUNDING * rate)
+
+    def _crossed(
+        self, memories: Array, which: NDArray[np.intp], events: NDArray[np.int64], rates: Array
+    ) -> Finished | None:
+        """Hand over that events happened, with the state's memory then: ``which`` of some. The first
+        coefficients of their arguments' series were 0 and ``rates`` (3, k)."""
+        layout, program, sides = self._layout, self._program, self._sides
+        t, low, lengths = (
+            memories[which, layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW, Clock.LENGTH)
+        )
+        starts = range(0, program.parts * layout.width, layout.width)
+        states = memories[np.ix_(which, np.concatenate([start + sides.outer for start in starts]))]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            beyond = rates[0] ** 2 / (4.0 * np.abs(rates[1]))
+            along = np.abs(rates) * lengths ** np.array([[1.0], [2.0], [3.0]])  # what cancels along the step
+        reached = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
+        flat = ~(along[0] > FLAT * (along[1] + along[2])) | (beyond <= GRAZING * np.fmax(along[1], reached))
+        grazing, errors = np.zeros(len(events), dtype=bool), np.zeros(len(events))
+        for k in np.flatnonzero(flat):
+            size = float(np.fmax(along[1, k], sides.act_on(states[k])[1][events[k], 0]))
+            order, error = blur(ULP[program.parts] * np.fmax(size, along[2, k]), rates[:, k])
+            if order < 3:
+                grazing[k] = beyond[k] <= GRAZING * size
+            elif error > BLURRED * max(abs(t[k]), lengths[k]):
+                errors[k] = error
+        self._sink.crossed(Crossings(events, t, low, states, grazing, errors))
+        self._count += len(events)
+        if self._count > self._most:
+            return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))
+        return None
+
+    def _act(self, event: int, sample: int) -> Finished | None:
+        """Change what the event's action changes."""
+        sides, now = self._sides, self._sides.now
+        parameters, before = sides.parameters(), sides.state(sides.memory)
+        length = self._resting.length()
+        side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
+        self._resting.noise()
+        switches = sides.switches()
+        memory = sides.memory.copy()
+        if not sides.put(event, values):
+            return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
+        refused = self._refused(event, parameters)
+        if refused is not None:
+            sides.memory[:] = memory
+            sides.settling.prepare()
+            return refused
+        sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
+        sides.settling.begin_switches()
+        _, sizes = sides.act_on(sides.state(sides.memory))
+        after, noise = sides.all_coefficients(), self._resting.noise()
+        least_rate = float(sides.least_sizes()[1])
+        # constraints move all arguments by rounding errors
+        moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
+        chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
+        chosen[event] = True
+        resting = [e for e in np.flatnonzero(sides.modes == 0.0).tolist() if e in self._resting.guards]
+        chosen[resting] = False
+        self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
+        for e in np.flatnonzero(chosen).tolist():
+            near = 2.0 * abs(rows[e, 0]) if e == event else 0.0
+            if e == event and self._program.constraints:  # which have moved it by rounding errors
+                near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
+            sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))
+        if self._standstill.possible:
+            self._standstill.hold()
+        ended = self._recurs(event, now)
+        if ended is None and event in self._resting.impacts and sides.at_zero(event):
+            speed, least, size = map(float, (rows[event][1], noise[event], sizes[event, 0]))
+            ends = self._resting.settle(Impact(event, side, before, speed, least, length, size))
+            if ends is not None:
+                if self._resting.at_once.first(event, ends):
+                    self._sink.accumulated(event, ends)
+                if self._drags(event, before):
+                    ended = self._finished(Ending.DRAGGED, event)
+        self._resting.together()
+        self._resting.note(event)
+        changed = parameters, sides.parameters()
+        self._sink.changed(Change(sample, now, before, sides.state(sides.memory), changed))
+        return ended
+
+    def _refused(self, event: int, parameters: Array) -> Finished | None:
+        """Why the motion cannot go on from where an action has put it, which had these ``parameters``."""
+        name, now = f"event {self._names[event]!r}", self._sides.parameters()
+        if not self._sides.close(event):
+            return Finished(Ending.OFF_CONSTRAINTS, name)
+        lost = self._sides.without_mass()
+        if lost:
+            return Finished(Ending.NO_MASS, f"{name} makes {lost}")
+        jumps = "" if np.array_equal(parameters, now) else self._jumping(now)
+        return Finished(Ending.JUMP, f"{name} makes {jumps!r} jump") if jumps else None
+
+    def _drags(self, event: int, before: Array) -> bool:
+        """Whether an impact that has no speed would change velocities, too, beside what they were ``before``
+        the last one: where infinitely many do so, the limit is not that of those that are counted."""
+        sides, n = self._sides, self._program.degrees
+        there = sides.state(sides.memory)
+        values = sides.act_on(there)[0][0]
+        least = ROUNDING * float(np.max(np.abs(before[n : 2 * n])))
+        own = [(i, place) for i, place in sides.sets[event] if n <= place < 2 * n]
+        return any(abs(values[i] - there[place]) > least for i, place in own)
+
+    def _recurs(self, event: int, now: float) -> Finished | None:
+        """Whether infinitely many actions happen at one time."""
+        return self._finished(Ending.RECURRING, event) if self._resting.recurs() else None

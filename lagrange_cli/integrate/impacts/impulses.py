@@ -1,0 +1,175 @@
+"""Impulses of the forces of constraint: a state that an action has set is moved back to the constraints.
+
+The values that the action has set stay; the others change as little as possible in the metric of the masses.
+For velocities these are the impulses of the forces of constraint (E. T. Whittaker, Analytical Dynamics, 4th
+ed. 1937, ch. IX): M dv = A^T lambda in all directions that the action has left free. Where the constraints
+do not allow all velocities that were set, impulses change these, too; coordinates do not jump elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.arrays import at_one_state
+from lagrange_cli.integrate.impacts.sparse_impulses import ENOUGH
+from lagrange_cli.native.state import Clock
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.integrate.guards.settling import Settling
+
+MOST = 60
+"""The largest number of steps of Newton's method that move a state to the constraints."""
+NEAR = 2.0**-40
+"""Deviations up to this fraction of the state are left to ``@project``."""
+FEW = 64
+"""Constraints up to which the matrix is a dense one."""
+PATIENCE = 4
+"""Where the state is not found to the last digit after so many steps, rounding may change it for ever: then
+changes do not become smaller."""
+EXACT = 2.0**-44
+"""What elimination leaves is rounding if it is this part of what constraints are off by."""
+MET = 2.0**-20
+"""The part that is left at most of what constraints were off by, where a state is moved far to them."""
+SLIGHTLY = 1e-6
+"""Coordinates that were set are moved by this fraction of the state at most, as initial values are."""
+
+
+def least_change(masses: Array, slopes: Array, off: Array) -> Array | None:
+    """The least change, in the metric of the ``masses``, by which constraints with these ``slopes`` get the
+    values that they are ``off`` by; None where elimination does not find it to the last digits."""
+    try:
+        along = np.linalg.solve(masses, slopes.T)
+        found: Array = along @ np.linalg.solve(slopes @ along, off)
+    except np.linalg.LinAlgError:
+        return None
+    left = float(np.max(np.abs(off - slopes @ found), initial=0.0))
+    return found if left <= EXACT * np.max(np.abs(off), initial=0.0) else None
+
+
+class Impulses:
+    """Moves the state in the memory of ``settling`` to the constraints."""
+
+    def __init__(self, settling: Settling) -> None:
+        self._settling, self._memory = settling, settling.memory
+        self._program, self._layout = settling.machine.program, settling.machine.program.inner
+
+    def close(self, state: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
+        """Go on from a ``state`` at ``rows`` of the memory whose rows ``changed`` are to stay as they are;
+        whether that leads to the constraints."""
+        if self._settling.machine.project is None or self._untouched(changed):
+            return True
+        degrees = self._program.degrees
+        high = state[: self._program.rows].copy()
+        speeds = all(degrees <= row < 2 * degrees for row in changed)
+        for part, first in ((1, degrees),) if speeds and changed else ((0, 0), (1, degrees)):
+            own = slice(first, first + degrees)
+            free = [row - first for row in range(first, first + degrees) if row not in changed]
+            for _ in range(MOST):
+                moved = self._step(high, part, free)
+                high[own] += moved
+                if part or not np.max(np.abs(moved), initial=0.0) > NEAR * np.max(np.abs(high), initial=0.0):
+                    break  # of velocities, constraints are linear
+            self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
+        return self._met(state, high) and self._polished() and self._stay(state[:degrees], rows, changed)
+
+    def _met(self, state: Array, high: Array) -> bool:
+        """Whether a state that was moved far satisfies constraints much better: Newton's method may end where
+        their slopes are 0."""
+        degrees = self._program.degrees
+        far = np.max(np.abs(high - state[: len(high)])[:degrees], initial=0.0)
+        if not far > SLIGHTLY * np.max(np.abs(state[:degrees]), initial=0.0):
+            return True
+        return self._off(high) <= MET * self._off(state[: len(high)])
+
+    def _off(self, high: Array) -> float:
+        """By how much constraints are not satisfied."""
+        return float(np.max(np.abs(self._evaluated(high)[: self._program.constraints]), initial=0.0))
+
+    def _untouched(self, changed: Collection[int]) -> bool:
+        """Whether the rows ``changed`` are velocities that none of many constraints contains."""
+        n = self._program.degrees
+        if self._program.constraints <= FEW or not all(n <= row < 2 * n for row in changed):
+            return False
+        rows, columns = self._program.places
+        return not np.isin([row - n for row in changed], columns[rows >= n]).any()
+
+    def _stay(self, coordinates: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
+        """Whether the ``coordinates`` that were set are still where the action has put them."""
+        scale = SLIGHTLY * float(np.max(np.abs(coordinates), initial=0.0))
+        own = [row for row in changed if row < len(coordinates)]
+        return all(abs(self._memory[rows[row]] - coordinates[row]) <= scale for row in own)
+
+    def _put(self, rows: NDArray[np.intp], values: Array) -> None:
+        self._memory[rows] = values
+        for start in (self._layout.width, self._layout.third):
+            self._memory[start + rows] = 0.0
+
+    def _step(self, high: Array, part: int, free: list[int]) -> Array:
+        """A step of Newton's method for the coordinates (part 0) or velocities (part 1): the change of those
+        that are ``free``, or of all where that is not enough."""
+        program = self._program
+        count, degrees = program.constraints, program.degrees
+        found = self._evaluated(high)
+        off = found[part * count : (part + 1) * count]
+        if count > FEW:
+            from lagrange_cli.integrate.impacts.sparse_impulses import sparse_step
+
+            change = sparse_step(program, found[2 * count :], off, (free, range(degrees)))
+            if change is not None:
+                return change
+        matrix = np.zeros((degrees + count,) * 2)
+        matrix[tuple(program.places)] = found[2 * count :]
+        change = np.zeros(degrees)
+        least = least_change(matrix[np.ix_(free, free)], matrix[degrees:, free], off)
+        if least is not None:
+            change[free] = least
+            return change
+        right = np.concatenate([np.zeros(degrees), off])
+        for some in (free, range(degrees)):
+            kept = [*some, *range(degrees, degrees + count)]
+            solution = np.linalg.lstsq(matrix[np.ix_(kept, kept)], right[kept], rcond=None)[0]
+            moved = np.zeros(degrees)
+            moved[[*some]] = solution[: len(some)]
+            left = off - matrix[degrees:, :degrees] @ moved
+            if not np.max(np.abs(left), initial=0.0) > ENOUGH * np.max(np.abs(off), initial=0.0):
+                break
+        return moved
+
+    def _evaluated(self, high: Array) -> Array:
+        """Constraints, their rates, and the entries of the matrix of the equations, at a state."""
+        machine, program = self._settling.machine, self._program
+        assert machine.constrain is not None
+        count = program.parts * (2 * program.constraints + len(program.pattern))
+        state = np.zeros(program.parts * program.rows)
+        state[: program.rows] = high
+        when = self._memory[[self._layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
+        found = at_one_state(machine.constrain, self._settling.constants, when, state, count)
+        return found[: count // program.parts]
+
+    def _polished(self) -> bool:
+        """Newton's method to the last digit; whether it ends, but for rounding."""
+        memory, place = self._memory, self._layout.at(Clock.PROJECTIONS)
+        project, count = self._settling.machine.project, float(memory[place])
+        assert project is not None
+        n = self._program.degrees
+        parts, last = (slice(0, n), slice(n, 2 * n)), [np.inf, np.inf]
+        for k in range(MOST):
+            before, state = float(memory[place]), memory[: 2 * n].copy()
+            project(self._settling.constants.ctypes.data, memory.ctypes.data)
+            changes = [float(np.max(np.abs(memory[one] - state[one]), initial=0.0)) for one in parts]
+            sizes = [float(np.max(np.abs(state[one]), initial=0.0)) for one in parts]
+            noise = k >= PATIENCE and all(
+                change <= NEAR * size and not 0.0 < change < 0.5 * earlier
+                for change, size, earlier in zip(changes, sizes, last)
+            )
+            if memory[place] == before or noise:
+                memory[place] = count
+                return True
+            last = changes
+        return False

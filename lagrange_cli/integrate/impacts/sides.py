@@ -1,0 +1,235 @@
+"""The sides of events in the memory of a motion's state, and what is known of their arguments there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.arrays import at_one_state
+from lagrange_cli.integrate.events import parameters_in
+from lagrange_cli.integrate.guards.latest import Latest
+from lagrange_cli.integrate.guards.modes import ROUNDING
+from lagrange_cli.integrate.impacts.impulses import Impulses
+from lagrange_cli.native.state import Clock
+
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+KNOWN = 4
+"""What actions set is kept for so many states."""
+COUPLED = 1.0
+"""Impulses of constraints leave this part of the rounding errors of the largest velocity in all others: they
+add up along chains."""
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.integrate.guards.settling import Settling
+
+
+class Sides:
+    """The sides of events, which are modes, and actions on the state.
+
+    Where an argument is not 0, its event is on the side of its sign; where it is 0, on the side that the
+    motion leads to. ``outer`` are the rows of q, v and the integrals.
+    """
+
+    def __init__(self, settling: Settling, outer: NDArray[np.intp]) -> None:
+        program = settling.machine.program
+        self.settling, self.memory, self.program, self.outer = settling, settling.memory, program, outer
+        self.layout, self.guards = program.inner, program.rows_of_guards
+        self.first = len(program.guards)
+        """The guard of the first event."""
+        self.modes = settling.modes[self.first : self.first + len(program.events)]
+        """The sides of all events."""
+        self.marks = settling.marks[self.first : self.first + len(program.events)]
+        """The marks of all events."""
+        self.directions = np.array([one[0] for one in program.events])
+        """Those in which their arguments' signs must change; 0 for any."""
+        self._known = Latest["Array"](KNOWN)
+        self.sets: dict[int, list[tuple[int, int]]] = {}
+        """By events with actions: the numbers and places of what they set."""
+        for i, (event, place) in enumerate(program.changed):
+            self.sets.setdefault(event, []).append((i, place))
+
+    @property
+    def now(self) -> float:
+        """The time, without its low part."""
+        return float(self.memory[self.layout.time])
+
+    def side(self, event: int) -> float:
+        """1 or -1; 0 where the motion rests at the event."""
+        return float(self.modes[event])
+
+    def at_zero(self, event: int) -> bool:
+        """Whether its argument is 0 now."""
+        return bool(self.settling.marks[event + self.first] > 0.0)
+
+    def leaves_zero(self, event: int, near: float) -> bool:
+        """Whether its argument moves away from 0 to the side where it is already. Shortly after it was 0, as
+        when another event happens at almost the same time, rounding does not tell its value from 0: it may
+        be so ``near``. (Where an action has put it beyond 0 by more, it does not come back.)"""
+        value, rate = (self.coefficients(event)[:2] * self.side(event)).tolist()
+        if not rate > 0.0:
+            return False
+        noise = ROUNDING * self.act_on(self.state(self.memory))[1][event]
+        return bool(value >= -max(noise[0], near) and rate > noise[1])
+
+    def has_jumped(self, event: int, length: float, near: float) -> bool:
+        """Whether its argument, which is beyond 0, jumps, as over the cut of atan2: by more than rounding,
+        that is ``near``, and than it changes in a step of this ``length``."""
+        value, rate, bend = np.abs(self.coefficients(event)[:3])
+        changes = JUMP * length * (rate + length * bend)
+        return bool(value > max(ROUNDING * self.sizes()[event, 0], near, changes))
+
+    def coefficients(self, event: int) -> Array:
+        """The first ones of its argument's series, from the value on."""
+        return self.settling.coefficients_of(self.guards.guards[event + self.first].row)[0]
+
+    def all_coefficients(self) -> Array:
+        """The coefficients of every event's argument (events, coefficients)."""
+        row = self.guards.guards[self.first].row
+        return self.settling.coefficients_between(row, row + len(self.program.events))
+
+    def switches(self) -> Array:
+        """The values of the arguments of switches."""
+        first = self.guards.first
+        return self.settling.coefficients_between(first, first + self.settling.count)[:, 0]
+
+    def state(self, memory: Array) -> Array:
+        """The rows outside, of all parts."""
+        starts = range(0, self.program.parts * self.layout.width, self.layout.width)
+        return np.concatenate([memory[start + self.outer] for start in starts])
+
+    def parameters(self) -> Array:
+        """The parameters of the run, of all parts: actions may have changed them."""
+        return parameters_in(self.program, self.memory)
+
+    def flip(self, event: int) -> None:
+        """The motion has passed to its other side."""
+        self.settling.modes[event + self.first] *= -1.0
+        self.settling.mark([event + self.first])
+
+    def act_on(self, state: Array) -> tuple[Array, Array]:
+        """What actions set, were they all done now (parts, values), and the sizes of arguments
+        (events, 2)."""
+        rows = self._acted(state)
+        count, events = len(self.program.changed), len(self.program.events)
+        return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
+
+    def sizes(self) -> Array:
+        """The sizes of arguments now (events, 2)."""
+        return self.act_on(self.state(self.memory))[1]
+
+    def least_sizes(self) -> Array:
+        """The sizes of values and rates (2,) whose rounding errors all events may have: where constraints
+        couple coordinates and velocities, those of the largest."""
+        if not self.program.constraints:
+            return np.zeros(2)
+        state = np.abs(self.memory[self.layout.part(0)])
+        largest = (np.max(state[own], initial=0.0) for own in (self.layout.q, self.layout.v))
+        return COUPLED * np.array([*largest])
+
+    def _masses(self) -> Array:
+        """The present values of the masses that actions change."""
+        rows = self._acted(self.state(self.memory))
+        return rows[0, rows.shape[1] - len(self.program.masses) :]
+
+    def without_mass(self) -> str:
+        """The first mass that actions have made 0 or negative, or nothing."""
+        masses = zip(self.program.masses, self._masses()) if self.program.masses else ()
+        for name, mass in masses:
+            if not mass > 0.0:
+                body, _, axes = name.partition(" ")
+                if axes:  # a part of its inertia
+                    return f"the moments of inertia of {body!r} those of no body"
+                return f"the mass of {name!r} {mass:.6g}"
+        return ""
+
+    def _acted(self, state: Array) -> Array:
+        """All that ``@act`` computes (parts, values)."""
+        when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
+        self.settling.prepare()
+        given = np.concatenate([when, self.memory[self.layout.settings], state])
+        return self._known.of(given, lambda: self._computed(when, state))
+
+    def _computed(self, when: Array, state: Array) -> Array:
+        machine, program = self.settling.machine, self.program
+        assert machine.act is not None
+        count = program.parts * program.acted
+        found = at_one_state(machine.act, self.settling.constants, when, state, count)
+        return found.reshape(program.parts, -1)
+
+    def put(self, event: int, values: Array) -> bool:
+        """Set what an action sets to ``values``, which ``act_on`` gave; whether these are finite."""
+        program, layout, memory = self.program, self.layout, self.memory
+        width, motion = self.guards.parameters + self.guards.count, 2 * program.degrees
+        chosen = self.sets[event]
+        if not np.all(np.isfinite(values[:, [i for i, _ in chosen]])):
+            return False
+        for i, place in chosen:
+            if place < motion:
+                row = int(self.outer[place])
+                memory[[row, layout.width + row, layout.third + row]] = 0.0
+                memory[[part * layout.width + row for part in range(program.parts)]] = values[:, i]
+            else:
+                first = layout.settings.start + place - motion
+                memory[[first + part * width for part in range(program.parts, program.given)]] = 0.0
+                memory[[first + part * width for part in range(program.parts)]] = values[:, i]
+        self.begin_anew()
+        return True
+
+    def turns(self, event: int, new: Array) -> bool:
+        """Whether an action that sets ``new`` values turns the motion back to the side it came from."""
+        velocities = range(self.program.degrees, 2 * self.program.degrees)
+        own, memory = self.sets.get(event, ()), self.memory.copy()
+        if not own or not all(place in velocities for _, place in own):
+            return False
+        before = float(self.coefficients(event)[1])
+        turns = self.put(event, new) and not before * float(self.coefficients(event)[1]) > 0.0
+        self.memory[:] = memory
+        self.settling.prepare()
+        return turns
+
+    def changes_nothing(self, event: int, new: Array) -> bool:
+        """Whether an action sets values that are already there."""
+        own = self.sets.get(event, ())
+        there = np.concatenate([self.state(self.memory), self.parameters()])
+        motion, rows = 2 * self.program.degrees, self.program.rows * self.program.parts
+        places = [place if place < motion else rows + place - motion for _, place in own]
+        return bool(own) and bool(np.array_equal(new[0, [i for i, _ in own]], there[places]))
+
+    def close(self, event: int) -> bool:
+        """Let the forces of constraint act after an action; whether that leads to the constraints."""
+        changed = {place for _, place in self.sets[event]}
+        return Impulses(self.settling).close(self.state(self.memory), self.outer, changed)
+
+    def begin_anew(self) -> None:
+        """Forget what was known of the motion before: momenta follow from velocities."""
+        layout = self.layout
+        for start in (0, layout.width, layout.third):
+            self.memory[start + layout.cyclic_momenta.start : start + layout.cyclic_momenta.stop] = 0.0
+        self.settling.begin_steps()
+        self.settling.prepare()
+
+    def choose_side(self, event: int, values: Array, noise: float, rate: float) -> bool:
+        """The side of an event at the state as it is. Its argument's coefficients are ``values``, and up to
+        ``noise`` it is 0; its rate's terms are as large as ``rate``. Returns whether it does not stay 0."""
+        settling, j = self.settling, event + self.first
+        settling.marks[j] = 0.0
+        leads: float | None = float(values[0])
+        if not abs(values[0]) > noise:
+            settling.mark([j])
+            leads = next(self.counting(values, rate), None)
+        settling.modes[j] = 1.0 if (-settling.modes[j] if leads is None else leads) > 0.0 else -1.0
+        return leads is not None
+
+    def counting(self, values: Array, rate: float) -> Iterator[float]:
+        """The ``values`` of an argument's coefficients behind the first that are more than rounding, where
+        the terms of its rate are as large as ``rate``; the series was computed just now."""
+        speed = float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v])))
+        scale = self.settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
+        sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
+        return (float(one) for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)

@@ -1,0 +1,253 @@
+"""``@project`` of systems of families: the state back to the constraints (see ``stepping.projection``)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.families.arrays import Array, Source, Term
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.constraints.dense import SolvingTables
+from lagrange_cli.native.families.constraints.jet import Saddle, saddle_of, solve
+from lagrange_cli.native.families.constraints.restraint import Restraint
+from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
+from lagrange_cli.native.families.everywhere import Everywhere
+from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.loops import Loop
+from lagrange_cli.native.families.tables import place_at
+from lagrange_cli.native.families.vectors import Operands, Vectors
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.numbers.kind import NumberKind, V
+from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.compensated import Compensated, Sum
+from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.projection import LOOSE, places_of
+from lagrange_cli.records import dataclass, replace
+
+
+class Moves(Restraint):
+    """The totals of a projection: coordinates are ``moved`` first, and then velocities."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        super().__init__(system, lasting)
+        graph = self.graph
+        self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
+        """What should be 0: f, and df/dt or g."""
+        numbers = range(len(self.bounds))
+        self.right = self.of_bounds(dict.fromkeys(numbers, graph.zero), less=self.off)
+        self.moved = self.on_coordinates(None, self.multipliers)
+        kicks, later = [], {}
+        for b, one in enumerate(self.bounds):
+            for slope, rows in zip(one.slopes, one.rows) if one.holonomic else ():
+                rate = self.rate(slope)
+                if not rate.is_zero:
+                    kicks.append(Term(one.domain, -(self.own(b, self.multipliers) * rate), rows))
+            slots = self.slots.inside(one.speed)
+            terms = [
+                (graph.diff(one.speed, x) * self.slots.symbol(one.domain, self.moved, slot.table), 1.0)
+                for x, slot in slots
+                if slot.array is system.q
+            ]
+            later[b] = graph.sum(terms)
+        self.kicks = self.total(self.size, kicks)
+        """M dv without forces of constraint (``Constraints.transport``)."""
+        self.free = self.pushed(self.kicks)
+        self.right_speeds = self.of_bounds(
+            {b: -later[b] - self.along(b, self.free) for b in numbers}, less=self.off_speeds
+        )
+        self.speeds = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.sizes = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
+        """Of constraints with several terms: by how much rounding may change what should be 0."""
+        self.loops = [self._loop(b) for b in numbers]
+
+    def _loop(self, number: int) -> Loop:
+        """What is computed of a bound before it is known whether anything moves."""
+        one = self.bounds[number]
+        every = np.arange(one.domain.count)
+        place = one.node if one.holonomic else self.graph.zero
+        given = [(place, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
+        given += [(node, every, array) for node, array in zip(one.slopes, self.slopes[number])]
+        if not one.whole:
+            given += [(self.graph.one, one.numbers, array) for array in self.sizes]
+        terms: list[tuple[Term, Array]] = []
+        for node, targets, array in given:
+            (term,) = self.total(one.domain.count, [Term(one.domain, node, targets)]).terms
+            terms.append((term, array))
+        # their velocities are read in any case
+        sizes = [self.slots.symbol(one.domain, self.system.v, rows) for rows in one.rows]
+        read = [(Term(one.domain, x, every), Array(Source.TOTAL, one.domain.count)) for x in sizes]
+        return Loop(one.domain, [*terms, *read], self.slots, frozenset(self.slopes[number]))
+
+    @property
+    def arrays(self) -> Sequence[Array]:
+        """All that are computed."""
+        slopes = [one for some in self.slopes for one in some]
+        found = [
+            self.off,
+            self.off_speeds,
+            *(self.sizes if len(self.bonds.summed) else ()),
+            *slopes,
+            self.square,
+            self.right,
+            self.multipliers,
+            self.moved,
+        ]
+        return [*found, self.kicks, self.free, self.right_speeds, self.speeds]
+
+
+class ExactConstants(Everywhere):
+    """Constants of the motion as numbers of which nothing is lost."""
+
+    def value(self, kind: NumberKind[V], node: Node) -> V | None:
+        if node.kind is Kind.NUMBER:
+            return kind.number(node.data)
+        assert isinstance(kind, Compensated) and isinstance(kind.emitter, LaneEmitter)
+        return cast("V", (kind.emitter.everywhere("%constants", "0", self.slot(node)), None))
+
+
+class Residuals(Writer):
+    """The loop over the constraints of a bound: what should be 0, from all digits of the state, and whether
+    it is, but for rounding."""
+
+    def __init__(self, writing: Projection, number: int, fine: Variable[Bit]) -> None:
+        super().__init__(writing.evaluation, writing.moves.loops[number])
+        self.writing, self.bound, self.fine = writing, writing.moves.bounds[number], fine
+
+    @property
+    def terms(self) -> Sequence[tuple[Term, Array]]:
+        return self.loop.terms[: len(self.loop.terms) - len(self.bound.rows)]
+
+    def of_eight(
+        self, known: dict[Node, Operands], bases: Sequence[Integer], j: Integer, inside: Bit
+    ) -> list[Operands]:
+        f, vectors, evaluation, kind = self.f, self.vectors, self.evaluation, self.evaluation.emitter
+        system, constants = self.writing.moves.system, Everywhere(evaluation.tables.constants.slots)
+        nodes = [term.node for term, _ in self.terms][: 2 + len(self.bound.rows)]
+        doubles = vectors.parts == 1
+        found = (self.carefully if doubles else self.plainly)(nodes[:2], known, bases, j)
+        slopes = nodes[2:]
+        emit_values(kind, slopes, known, constants)
+        slots = self.writing.moves.slots
+        offs, sizes = list[Operands](), list[Operands]()
+        for value, array in zip(found, (system.q, system.v)):
+            off = kind.add(*value) if doubles and value is not None else value
+            total: Any = None
+            judged = self.bound.holonomic or array is system.v
+            for slope, rows in zip(slopes, self.bound.rows) if judged else ():
+                amount = known[slots.symbol(self.bound.domain, array, rows)]
+                total = kind.add(total, kind.magnitude(kind.mul(known[slope], amount)))
+            size = kind.mul(kind.number(LOOSE * kind.unit), total)
+            if self.bound.whole:
+                most = vectors.high(vectors.number(size))
+                small = f.magnitude(vectors.high(vectors.number(off))) <= most
+                self.fine.set(self.fine.get() & f.all(small | ~inside))
+            offs.append(off)
+            sizes.append(size)
+        return [*offs, *(known[one] for one in slopes), *(() if self.bound.whole else sizes)]
+
+    def plainly(
+        self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
+    ) -> list[Operands]:
+        """What should be 0, in the numbers of the state."""
+        values = {**known}
+        emit_values(
+            self.evaluation.emitter, nodes, values, Everywhere(self.evaluation.tables.constants.slots)
+        )
+        return [values[node] for node in nodes]
+
+    def carefully(
+        self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
+    ) -> list[Operands]:
+        """The same from doubles and their low parts, as sums of two."""
+        evaluation, emitter = self.evaluation, self.evaluation.emitter
+        careful, system = Compensated(emitter), self.writing.moves.system
+        whole: dict[Node, Sum | None] = {
+            symbol: (value, None) for symbol, value in known.items() if symbol.kind is Kind.SYMBOL
+        }
+        lower = Writer(replace(evaluation, where=self.writing.low), self.loop)
+        lower.first = self.first
+        rest = {**lower.fixed(bases), **lower.changing(bases, j)}
+        for symbol, slot in self.used.items():
+            if slot.array in (system.q, system.v):
+                whole[symbol] = known[symbol], rest[symbol]
+        whole[system.time] = known[system.time], self.writing.low_time
+        emit_values(careful, nodes, whole, ExactConstants(evaluation.tables.constants.slots))
+        return [whole[node] for node in nodes]
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Writes ``@project(constants, state)``, in the function of the ``evaluation``. There is room at
+    ``scratch``; of t there is ``low_time`` besides."""
+
+    moves: Moves
+    evaluation: Evaluation
+    layout: StateLayout
+    tabled: SolvingTables
+    scratch: Pointer
+    low_time: str
+
+    def low(self, array: Array) -> Pointer:
+        """Where the low parts of an array are; those of what has none are not read."""
+        system, f = self.moves.system, self.evaluation.f
+        if array in (system.q, system.v):
+            return f.place(self.evaluation.where(array), self.layout.width, "double")
+        return self.evaluation.where(array)
+
+    def text(self) -> str:
+        """The function's text."""
+        moves, evaluation = self.moves, self.evaluation
+        f = evaluation.f
+        fine = f.variable(Bit(f, "true", 1))
+        slopes = [one for some in moves.slopes for one in some]
+        summed = moves.bonds.summed.tolist()
+        totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
+        evaluation.clear(added(totals, moves.loops))
+        for number, _ in enumerate(moves.bounds):
+            Residuals(self, number, fine).write()
+        if summed:
+            self._judge(summed, fine)
+        saddle = saddle_of(evaluation.vectors, self.tabled, self.scratch, 0)
+        with f.when(~fine.get()):
+            self._move(saddle)
+        f.give()
+        return f.text()
+
+    def _judge(self, summed: Sequence[int], fine: Variable[Bit]) -> None:
+        """Whether constraints with several terms are 0, but for rounding."""
+        moves, f, where = self.moves, self.evaluation.f, self.evaluation.where
+        places, vectors = self.evaluation.tables.of_places(summed), self.evaluation.vectors
+        with f.loop(0, len(summed), tested=False) as i:
+            number = place_at(f, i + places)
+            for off, size in zip((moves.off, moves.off_speeds), moves.sizes):
+                value, most = (vectors.high(vectors.load(where(one), number)) for one in (off, size))
+                fine.set(fine.get() & (f.magnitude(value) <= most))
+
+    def _move(self, saddle: Saddle) -> None:
+        moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
+        at, where, multipliers = places_of(self.layout), evaluation.where, evaluation.where(moves.multipliers)
+        evaluation.write([moves.square])
+        regular = f.variable(Bit(f, "true", 1))
+        saddle.factor(where(moves.square), moves.placed(self.tabled), regular)
+        with f.when(regular.get()):
+            for right, total in ((moves.right, moves.moved), (moves.right_speeds, moves.speeds)):
+                if total is moves.speeds:
+                    evaluation.write([moves.kicks])
+                    evaluation.write([moves.free])
+                evaluation.write([right])
+                solve(saddle, where(right), multipliers)
+                evaluation.write([total])
+            for total, row in ((moves.moved, at.q), (moves.speeds, at.v)):
+                add_to_state(evaluation.vectors, where(total), row, self.layout)
+            at.counted(f)
+
+
+def add_to_state(vectors: Vectors, changes: Pointer, first: int, layout: StateLayout) -> None:
+    """The ``changes`` of all coordinates to the rows of the state from ``first`` on."""
+    with vectors.f.loop(0, layout.degrees, tested=False) as row:
+        vectors.add_to_state(row, first, layout.width, lambda: vectors.load(changes, row))

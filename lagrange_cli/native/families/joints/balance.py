@@ -1,0 +1,229 @@
+"""What acts on joints and what moves them, as totals: the equations of motion of chains and trees, order by
+order.
+
+With a for the accelerations of nodes, J for the slopes dx/dq of what a joint adds to its parent, and R for
+what a node and all that hangs from it take, the equations are
+
+    a = a_parent + J q_ddot + c,    R = m a - F + sum of the children's R,    J^T R = Q,
+
+where c has what is known already. From the tips on, R = M a_parent + B: each joint is eliminated where it is
+met, which leaves a matrix of the size of one place (R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
+ch. 7). So the work grows with the number of joints. Weights that a joint carries without further joints are
+treated alike, but without children. M is found once a step; each order goes to the root with B and back with
+a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from functools import cached_property
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Source, Term, Total
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.joints.kinds import JointKind
+from lagrange_cli.native.families.joints.node_arrays import Arranged, NodeArrays, array
+from lagrange_cli.native.families.joints.pushed import PushedJoints
+
+
+class Balance(NodeArrays):
+    """The totals of a system of joints, on which other ``forces`` and ``loads`` may act than its own."""
+
+    touched: PushedJoints | None = None
+    """What resting contacts add to accelerations, if there are any."""
+
+    def __init__(
+        self,
+        system: FamilySystem,
+        arranged: Arranged,
+        forces: Total | None = None,
+        loads: Sequence[Total] | None = None,
+    ) -> None:
+        super().__init__(system, arranged, forces, loads)
+        found, many = self.found, self.count
+        self.kinds = [JointKind(self, one) for one in found.joints]
+        self.masses = {
+            (c, e): self.total(many, [t for one in self.kinds for t in one.held(c, e)], kept=False)
+            for c, e in self.pairs
+        }
+        self.own = {one: self.total(many, [t for k in self.kinds for t in k.met(*one)]) for one in self.bonds}
+        self.corners = {
+            one: self.total(many, [t for k in self.kinds for t in k.corner(*one)]) for one in self.pivots
+        }
+        self.node_gates = self._gates_of_nodes()
+        """``gates`` at nodes, of each coordinate of their joints."""
+        self.weights = {
+            (c, e): self.total(many, [t for k in self.kinds for t in k.weighed(c, e)])
+            for c, e in self.pairs
+            if c == e or e in self.turns
+        }
+        self.turned = {
+            (c, e): self.total(many, [t for k in self.kinds for t in k.turned(c, e)])
+            for c in self.axes
+            for e in self.turns
+        }
+        self._respond()
+        self.series = [local_of(one) for one in self.kinds]
+        """What the joints' series of each kind give."""
+
+    def add_pushes(self, touched: PushedJoints) -> None:
+        """Let contacts change accelerations."""
+        self.touched = touched
+        self.series = [*(local_of(one, touched) for one in self.kinds), *touched.series]
+
+    @property
+    def final(self) -> Total:
+        """The accelerations of coordinates, with those by contacts."""
+        return self.rates if self.touched is None else self.touched.rates
+
+    def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
+        """What ``forces`` and ``loads`` do alone, with the same masses."""
+        made = copy(self)
+        made.forces, made.loads = forces, loads
+        made.accelerations = [array(self.count) for _ in self.axes]
+        made.kinds = [one.alone(made) for one in self.kinds]
+        made._respond()
+        return made
+
+    def _respond(self) -> None:
+        """How joints move as forces act."""
+        many = self.count
+        for one in self.kinds:
+            one.add(one.free, JointKind.freed)
+        self.pull = [
+            self.total(many, [t for k in self.kinds for t in k.pulls(c)], kept=False) for c in self.axes
+        ]
+        self.push = [self.total(many, [t for k in self.kinds for t in k.pushes(c)]) for c in self.axes]
+        """What each node adds to B of its parent besides."""
+        for one in self.kinds:
+            one.add(one.held_back, JointKind.holding)
+        self.drift = [self.total(many, [t for k in self.kinds for t in k.drifts(c)]) for c in self.axes]
+        """What a node adds to a of its parent besides."""
+        for one in self.kinds:
+            one.add(one.change, JointKind.changing)
+        self.strain = [self.total(many, [t for k in self.kinds for t in k.strains(c)]) for c in self.axes]
+        for one in self.kinds:
+            one.strained()
+        rates = [term for one in self.kinds for term in one.accelerated()]
+        self.rates = self.total(self.system.q.count, rates, kept=False)
+        locks = self.system.modes and self.system.modes.locks
+        self.other = self.arrange(locks.other, kept=False) if locks else None
+        self.left = None if self.other is None else self._left(self.other)
+        """What would move coordinates that are held, and the forces on these without what holds them."""
+
+    def _gates_of_nodes(self) -> Sequence[Total]:
+        if self.gates is None:
+            return ()
+        every = [(b, k) for b in range(self.size) for k in self.kinds if k.is_node]
+        terms = [(b, Term(k.domain, k.gate(b) if b in k.bends else k.graph.one, k.at)) for b, k in every]
+        return [self.total(self.count, [one for d, one in terms if d == b]) for b in range(self.size)]
+
+    def _left(self, other: Total) -> Total:
+        terms = [term for one in self.kinds for b in one.bends for term in one.left(b, other)]
+        return self.total(self.system.q.count, terms, kept=False)
+
+    # in which order they are computed
+
+    @cached_property
+    def local(self) -> Sequence[Array]:
+        """What the joints' series give in every order."""
+        return [*self.rest, *(one for kind in self.kinds for one in (*kind.rest, *kind.missing))]
+
+    @cached_property
+    def slopes(self) -> Sequence[Array]:
+        """What they give in order 0."""
+        return [*self.node_slopes.values(), *(one for kind in self.kinds for one in kind.slopes.values())]
+
+    @cached_property
+    def first(self) -> Sequence[Total]:
+        """Before the masses are eliminated."""
+        mine = [total for kind in self.kinds for total in kind.first]
+        own = *self.own.values(), *self.corners.values(), *self.node_gates
+        return [*mine, *own, *self.weights.values(), *self.turned.values(), *self.masses.values()]
+
+    @cached_property
+    def before(self) -> Sequence[Total]:
+        """Before B goes to the root."""
+        return [*(total for kind in self.kinds for total in kind.free), *self.pull, *self.push]
+
+    @cached_property
+    def between(self) -> Sequence[Total]:
+        """Before a goes to the tips."""
+        return [*(total for kind in self.kinds for total in kind.held_back), *self.drift]
+
+    @cached_property
+    def moved(self) -> Sequence[Total]:
+        """q_ddot."""
+        return [*(total for kind in self.kinds for total in kind.change), self.rates]
+
+    @cached_property
+    def after(self) -> Sequence[Total]:
+        """Afterwards."""
+        mine = [total for kind in self.kinds for total in (*kind.change, *kind.strain)]
+        return [*mine, *self.strain, self.rates, *([] if self.left is None else [self.left])]
+
+    @property
+    def arrays(self) -> Sequence[Array]:
+        """All that are computed."""
+        sweeps = [*self.gains.values(), *self.inverse.values(), *self.passed.values(), *self.accelerations]
+        totals = (*self.first, *self.before, *self.between, *self.after)
+        return list(dict.fromkeys([*self.local, *self.slopes, *sweeps, *totals]))
+
+
+def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
+    """What the joints' series give; without what contacts add to accelerations."""
+    graph, joints, balance = kind.graph, kind.joints, kind.balance
+    arranged = balance.arrange
+
+    def simple(node: Node) -> Node:
+        """The same with arrays in place of what is constant."""
+        (term,) = arranged(
+            Total(Source.TOTAL, kind.domain.count, (Term(kind.domain, node, kind.every),))
+        ).terms
+        return term.node
+
+    terms: list[tuple[Term, Array]] = []
+    slopes: list[tuple[Term, Array]] = []
+    unknowns: dict[Node, None] = {}
+    work = [graph.zero for _ in kind.bends]
+    moved = [(move, kind.at, balance.rest[c], balance.strain[c]) for c, move in enumerate(joints.moves)]
+    moved += [
+        (weight.move, kind.every, kind.rest[s], kind.strain[s]) for s, weight in enumerate(joints.weights)
+    ]
+    pushed = [] if touched is None else [kind.at_rows(touched.pushed, b) for b in kind.bends]
+    for k, (move, places, rest, strain) in enumerate(moved):
+        node = simple(move)
+        if node.kind is not node.kind.NUMBER:
+            rate = graph.ddt(graph.ddt(node))
+            pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(joints.coordinates, pushed)]
+            if pairs:
+                jolt = graph.sum(pairs)
+                unknowns |= dict.fromkeys(u for u in pushed if jolt.symbols & u.symbols)
+                rate = rate - jolt
+                if touched is not None and k < len(joints.moves) and not jolt.is_zero:
+                    terms.append((Term(kind.domain, jolt, places), touched.jolts[k]))
+            terms.append((Term(kind.domain, rate, places), rest))
+        force = balance.slots.symbol(kind.domain, strain, places)
+        for b, symbol in zip(kind.bends, joints.coordinates):
+            slope = graph.diff(node, symbol)
+            if slope.is_zero:
+                continue
+            own = k < len(joints.moves)
+            to = balance.node_slopes[k, b] if own else kind.slopes[k - len(joints.moves), b]
+            slopes.append((Term(kind.domain, slope, places), to))
+            if slope.symbols & kind.moving:
+                work[b] = work[b] + slope * force
+                unknowns[force] = None
+    if touched is not None:
+        for unknown, term in touched.of_kind(kind, [*map(simple, joints.moves)]):
+            unknowns[unknown] = None
+            terms.append((term, touched.gained))
+    for b, node in enumerate(work):
+        if not node.is_zero:
+            terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))
+    change = [kind.own(one) for one in kind.change]
+    if touched is not None:
+        change = [kind.at_rows(touched.rates, b) for b in kind.bends]
+    return Local(kind.domain, [*terms, *slopes], len(slopes), joints.coordinates, [*unknowns], change)

@@ -1,0 +1,312 @@
+"""Steps that are taken on rates at several states, instead of series at one: what their methods share.
+
+A method proposes polynomials for a step of some length, and says by what factor the length should have been
+another one. ``advance`` is given the same as by other steps: coefficients of polynomials in time. So a step
+can be sampled, ended anywhere, and left again. All that one step hands over to the next is in the state's
+memory, behind all else (``StateLayout.carried``).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable
+
+from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.rates.nodes import RatesAtNodes
+from lagrange_cli.native.rates.noise import RateNoise
+from lagrange_cli.native.rates.places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, TRIED, Places
+from lagrange_cli.native.rates.stalling import Stalling
+from lagrange_cli.native.rates.watching import Watching, watched_rows
+from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.stepping.acceptance import Allowance
+from lagrange_cli.native.stepping.given import Given
+from lagrange_cli.native.stepping.lengths import side_by_side
+from lagrange_cli.native.stepping.steps import Now, clear_function
+from lagrange_cli.records import dataclass, replace
+
+BEGINNING, TRIALS = 2.0**-10, 12
+"""The first trial, as part of what velocities are over accelerations; and how often it may be made longer."""
+FIRST = 2.0**100
+"""The longest first trial, in 2^-10: where forces are hardly more than 0, its square would be infinite."""
+LONGER, APART = 16.0, 0.125
+"""By what factor at most, and by which one where rates are not finite."""
+SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
+STRAIGHT = 3
+STOPPED = 64.0
+"""Friction has stopped a vector that is so many times as large as what the tolerance allows velocities."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What became of a step: by what ``factor`` it should be longer, whether it must be taken ``again`` with
+    that length, and whether all rates were ``sound``: regular and finite."""
+
+    factor: Real
+    again: Bit
+    sound: Bit
+
+
+class RateSteps(RatesAtNodes):
+    """What these steps are made of."""
+
+    order: int
+    """The degree of q's polynomials."""
+    implicit = False
+    """Whether it needs ``Given.coupling``."""
+    patience = 0
+    """How often a step is taken again before rounding errors of rates are measured."""
+    approaches = False
+    """Whether it takes short steps near poles (``Given.approach``)."""
+    beside = False
+    """Whether velocities are measured beside the largest one (``Lengths.floor``)."""
+    compares = False
+    """Whether rates at the end of a step are compared with those that its polynomials have there."""
+    most: float
+    """How much the next one is longer at most."""
+    shorter: float
+    """And one that is taken again, shorter."""
+
+    def __init__(self, given: Given) -> None:
+        layout, order, places = given.state, self.order, self.places_of(given)
+        lengths = side_by_side(layout.degrees, layout.rows, order, places.floor)
+        if not (given.floors or (self.beside and layout.degrees > 1)):
+            lengths = replace(lengths, floor=0)
+        super().__init__(given, lengths, places)
+        self.noise = None
+        at = places.begin, places.spare, places.modes, places.state, places.chosen + TRIED
+        self.rounding = RateNoise(self, *at)
+        self.stalling = Stalling(layout.carried_at, given.tolerance)
+        self.watching = None
+        if self.guards:
+            assert given.guards
+            self.guards = replace(self.guards, interpolated=True, close=self.close)
+            self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
+
+    def functions(self) -> list[str]:
+        made = [*self.acceptance(), *self.helpers(), self.rounding.function(), self._tried(), self._carry()]
+        given = self.given
+        texts = [clear_function(), given.project, given.floors, given.static, given.approach]
+        if self.guards and self.watching:
+            texts += self.guards.functions()
+            texts += self.watching.tables()
+            made += self.watching.functions()
+        return [*texts, *(f.text() for f in made)]
+
+    @classmethod
+    def places_of(cls, given: Given) -> Places:
+        """Where things are in ``%work``, with what guards take."""
+        count = len(watched_rows(given.guards)) if given.guards else 0
+        return replace(cls.room(given), watched=count * (cls.order - 1))
+
+    # what a method says
+
+    @staticmethod
+    @abstractmethod
+    def room(given: Given) -> Places:
+        """Where things are in ``%work``."""
+
+    @staticmethod
+    def carried(layout: StateLayout) -> int:
+        """Doubles that a step hands over to the next."""
+        return HEADER
+
+    def helpers(self) -> list[Function]:
+        """Functions of its own."""
+        return []
+
+    @property
+    def close(self) -> float:
+        """The part of velocities that is the error of steps across a place where friction jumps."""
+        return STOPPED * self.given.tolerance
+
+    def begin(self, f: Function, first: Bit, h: Real) -> Real:
+        """Prepare for the trials of a step, perhaps the ``first`` one of a motion. The length to begin with,
+        where it would be ``h``."""
+        return h
+
+    @abstractmethod
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
+        """Try a step of ``h``, ``ratio`` times as long as the one before (0 at first). If ``doubtful``, it is
+        not to be shorter because of rounding."""
+
+    def judged(
+        self, f: Function, doubtful: Bit, factor: Callable[[], tuple[Real, Bit, Bit]]
+    ) -> tuple[Real, Bit]:
+        """The ``factor`` by which a step should be longer, and whether its rates are finite. If rounding may
+        have made it small, and it is ``doubtful``, what rounding explains is measured first."""
+        kept, finite = f.variable(f.constant(0.0)), f.variable(Bit(f, "true"))
+        with f.forever() as judging:
+            found, sound, rounded = factor()
+            kept.set(found)
+            finite.set(sound)
+            with f.when(~(rounded & sound & doubtful) | self.rounding.known(f)):
+                judging.leave()
+            self.rounding.measure(f)
+        return kept.get(), finite.get()
+
+    @abstractmethod
+    def finish(self, f: Function, h: Real) -> None:
+        """Write the coefficients of the polynomials, in time, where ``advance`` reads them."""
+
+    def hand_over(self, f: Function, h: Real, length: Real) -> None:
+        """Leave for the next step what it needs, after ``length`` of a step of ``h``."""
+
+    # what ``advance`` asks for
+
+    def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
+        """The rates; the polynomials follow with the length of the step."""
+        state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
+        self.floors(f)
+        rates, regular = self._evaluate(f, now.t + now.low, state, work)
+        f.copy_rows((rates, 0), (work, at.begin), self._count, self.lengths.lanes)
+        first = self.lengths.width + self.lengths.degrees  # what is behind the last one is overwritten below
+        f.copy_rows((work, at.begin), (work, first), self._count, self.lengths.lanes)
+        return now, regular
+
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
+        if self.guards and self.guards.steep:
+            with f.when(self.guards.at_root(f)):
+                fail(Stop.ROOT)
+        h = self.retried(f, f.constant(0.0))
+        with f.when(h < 0.0):
+            fail(Stop.STUCK)
+        with f.when(~(h > 0.0)):
+            fail(Stop.NOT_FINITE)
+        return now, h, Bit(f, "true")
+
+    def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
+        """Where there are guards, the last step is taken again with its own length. Ends of steps are more
+        precise than what is within: where forces cancel, what happens there is told by its last digits."""
+        if not self.watching:
+            return super().vet(f, now, h, left, free)
+        length = f.variable(h)
+        with f.when(h > left), f.when(self.retried(f, left) > 0.0):
+            length.set(left)
+        return length.get()
+
+    def retried(self, f: Function, exact: Real) -> Real:
+        """A call of ``@tried``."""
+        return f.call(Real, "tried", *f.pointers("constants", "state", "work"), exact)
+
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
+        assert self.watching
+        return self.watching.first(f, h)
+
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
+        """Whether the rates at the end of a step are those expected, or if its error has been estimated in
+        units of what is allowed, whether they are finite."""
+        if self.compares:
+            return super().agree(f, now, uneven, slack, unexplained, floor)
+        total = f.variable(f.zero(self.lengths.lanes))
+        with self._each(f, self._count) as i:
+            rate = f.magnitude(f.load_row("%work", i + self._places.begin, self.lengths.lanes))
+            inside = self._among(f, i, self._count)
+            total.set(total.get() + f.select(inside, rate, f.zero(self.lengths.lanes)))
+        return f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+
+    def straighten(self, f: Function) -> None:
+        first, last = STRAIGHT * self.lengths.term, self._places.own
+        with f.loop(first, last, self.lengths.lanes, tested=False) as i:
+            f.store_row(f.zero(self.lengths.lanes), "%work", i)
+
+    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+        farthest = super().move(f, now, h, final, allowed)
+        f.call(None, "carry", f.pointer("%state"), f.pointer("%work"), h)
+        return farthest
+
+    @property
+    def noise_at(self) -> int:
+        return self.rounding.place
+
+    def arrive(self, f: Function, now: Now, since: Real) -> None:
+        if self.watching:
+            self.watching.shift(f, since)
+
+    # a step
+
+    def _tried(self) -> Function:
+        """``@tried(constants, state, work, exact)``: the length of the step, with its polynomials in
+        ``%work``; 0 where there is none so short that its rates are finite, -1 where the motion is stuck.
+        If ``exact`` is not 0, the step has been tried before, and is taken again with this length."""
+        f = Function(f"define internal double @tried{HEAD}, double %exact) #0")
+        exact = Real(f, "%exact")
+        given = exact > 0.0
+        layout, at, state = self.state, self._places, f.pointer("%state")
+        t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        first = f.load(state, layout.at(Clock.STEP)).equals(0.0)
+        gap = f.load(state, layout.at(Clock.GAP))
+        asked, last = (f.load(state, layout.carried_at + one) for one in (NEXT, LENGTH))
+        h = f.variable(f.select(first, self._first_length(f), asked))
+        with f.when(~gap.equals(0.0)):  # what is beyond a critical point must not count
+            h.set(f.smaller(h.get(), gap * 0.5))
+        trials, refused, one = f.variable(f.count(0)), f.variable(f.count(0)), f.constant(1.0)
+        h.set(f.select(given, exact, h.get()))
+        with f.when(~given):
+            with f.when(self.stalling.stuck(f)):
+                f.give(f.constant(-1.0))
+            f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
+            self.rounding.forget(f)
+            h.set(self.begin(f, first, h.get()))
+        with f.forever() as attempts:
+            ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
+            trial = self.attempt(f, t, low, h.get(), ratio, refused.get() >= self.patience)
+            factor = trial.factor
+            with f.when(given):
+                f.store(h.get(), "%work", at.chosen + LENGTH)
+                with f.when(~trial.sound):
+                    f.give(f.constant(0.0))
+                attempts.leave()
+            with f.when(~trial.sound):
+                h.set(h.get() * APART)
+                with f.when(h.get() < SMALLEST):
+                    f.give(f.constant(0.0))
+                attempts.go_on()
+            with f.when(trial.again):
+                refused.set(refused.get() + 1)
+                h.set(h.get() * f.larger(factor, f.constant(self.shorter)))
+                attempts.go_on()
+            early = first & (factor > self.most) & (trials.get() < TRIALS) & gap.equals(0.0)
+            with f.when(~early):
+                f.store(h.get(), "%work", at.chosen + LENGTH)
+                longer = h.get() * f.smaller(factor, f.constant(self.most))
+                f.store(longer, "%work", at.chosen + NEXT)
+                attempts.leave()
+            h.set(h.get() * f.smaller(factor, f.constant(LONGER)))
+            trials.set(trials.get() + 1)
+        self.finish(f, h.get())
+        if self.watching:
+            self.watching.watch(f, h.get())
+        f.give(h.get())
+        return f
+
+    def _first_length(self, f: Function) -> Real:
+        speed, rate = f.variable(f.zero(self.lengths.lanes)), f.variable(f.zero(self.lengths.lanes))
+        degrees, lanes = self.lengths.degrees, self.lengths.lanes
+        with self._each(f, degrees) as i:
+            among = self._among(f, i, degrees)
+            v = f.magnitude(f.load_row("%state", i + degrees, lanes))
+            a = f.magnitude(f.load_row("%work", i + self._places.begin, lanes))
+            for one, value in ((speed, v), (rate, a)):
+                one.set(f.larger(f.select(among, value, f.zero(lanes)), one.get()))
+        v, a = (f.reduce("fmax", one.get()) for one in (speed, rate))
+        usual = (v > 0.0) & (a > 0.0)
+        usual_length = f.smaller(v / f.select(usual, a, f.constant(1.0)), f.constant(FIRST))
+        return f.select(usual, usual_length, f.constant(1.0)) * BEGINNING
+
+    def _carry(self) -> Function:
+        """``@carry(state, work, length)``: what the next step is given, after so long a step."""
+        f = Function("define internal void @carry(ptr noalias %state, ptr noalias %work, double %length) #0")
+        layout, at = self.state, self._places
+        length = Real(f, "%length")
+        h, following = (f.load("%work", at.chosen + one) for one in (LENGTH, NEXT))
+        f.store(following, "%state", layout.carried_at + NEXT)
+        f.store(length, "%state", layout.carried_at + LENGTH)
+        counted = layout.carried_at + EVALUATIONS
+        f.store(f.load("%state", counted) + f.load("%work", at.chosen + EVALUATIONS), "%state", counted)
+        self.stalling.count(f, length, self._fastest(f) * length)
+        self.hand_over(f, h, length)
+        f.give()
+        return f
