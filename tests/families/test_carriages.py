@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.families.joints.joints import carriages
+from lagrange_cli.families.joints import carriages
 from tests.support.families import alike, followed
 
 WRITTEN = frozenset(["q", "v", "h", "p", "T", "U", "positions"])
