@@ -106,6 +106,7 @@ def test_polymers_whose_repulsion_is_cut_off_at_a_rounded_number(
     compare(Draw(count, count).text(POLYMER), monkeypatch, stop=0.4, method="ias15")
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_negative_play_holds_members_or_ends_the_motion(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where members would have to be held, the motion ends: what it has come to is that of the members."""
