@@ -45,7 +45,7 @@ def coupled_impacts(
     if not len(slowing):
         return None
     found = Finding(builder, events, slowing)
-    impacts = found.resting[np.unique(found.acts[0][found.pushing(state)])]
+    impacts = found.pushed(state)
     if not len(impacts):
         return None
     if len(impacts) < len(slowing):

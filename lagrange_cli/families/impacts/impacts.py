@@ -52,7 +52,7 @@ def impacts_of(
     if not len(slowing):
         return None
     found = Finding(builder, events, slowing)
-    impacts = found.resting[np.unique(found.acts[0][found.pushing(state)])]
+    impacts = found.pushed(state)
     if not len(impacts):
         return None
     driven = np.zeros(events.count, dtype=bool)
@@ -191,6 +191,11 @@ class Finding:
             state.added(self.directions.count, self.directions.terms, sizes=one) for one in (False, True)
         )
         return np.flatnonzero(np.abs(values) > ROUNDED * sizes)
+
+    def pushed(self, state: FamilyValues) -> Places:
+        """The events whose contacts have a direction that is not 0."""
+        found: Places = self.resting[np.unique(self.acts[0][self.pushing(state)])]
+        return found
 
     def made(self, kept: Places) -> Contacts:
         """The contacts with the directions that are ``kept``, which are not 0."""

@@ -39,61 +39,61 @@ def unit_slopes(pivots: Sequence[Sequence[int]], count: int) -> Array:
     return found
 
 
-def newton_change(
-    off: Array,
-    stages: Sequence[Stage],
-    pivots: Sequence[Sequence[int]],
-    once: Array,
-    rates: Callable[[float, Array, Array], Array],
-    nudged: float,
-) -> Array:
-    """The change of the accelerations (nodes, velocities) that are ``off`` by so much: of those of vectors
-    with these ``pivots`` by Newton's method, as they depend on their own velocities, changed by a part of
-    their sizes to find out; and of others by iteration. ``once`` integrates over the nodes."""
-    width = max(map(len, pivots), default=0)
-    slopes = [np.zeros((STAGES, len(one), len(one))) for one in pivots]
-    for i, stage in enumerate(stages):
-        for p in range(width):
-            nudge = np.zeros(off.shape[1])
-            for one, size in zip(pivots, stage.sizes):
-                if p < len(one):
-                    nudge[one[p]] = nudged * size
-            ahead, behind = (
-                rates(stage.t, stage.places, stage.speeds + sign * nudge)[: len(nudge)] for sign in (1, -1)
-            )
-            change = ahead - behind
-            for one, slope in zip(pivots, slopes):
-                if p < len(one):
-                    slope[i, :, p] = change[list(one)] / (2.0 * nudge[one[p]])
-    found: Array = off.copy()
-    if not all(np.all(np.isfinite(slope)) for slope in slopes):
-        return np.full(off.shape, np.nan)
-    for one, slope in zip(pivots, slopes):
-        count = STAGES * len(one)
-        coupled = np.einsum("im,irp->irmp", once, slope).reshape(count, count)
-        own = np.linalg.solve(np.eye(count) - coupled, off[:, list(one)].ravel())
-        found[:, list(one)] = own.reshape(STAGES, len(one))
-    return found
+@dataclass(frozen=True)
+class Newton:
+    """A step of Newton's method for accelerations at the nodes of a way, which ``once`` integrates. Forces
+    depend on velocities as ``rates`` (t, places, speeds) says; how, is found by changes of ``nudged`` times
+    the sizes of the vectors with these ``pivots``."""
 
+    stages: Sequence[Stage]
+    pivots: Sequence[Sequence[int]]
+    once: Array
+    rates: Callable[[float, Array, Array], Array]
+    nudged: float
 
-def whole_newton_change(
-    off: Array,
-    stages: Sequence[Stage],
-    pivots: Sequence[Sequence[int]],
-    once: Array,
-    rates: Callable[[float, Array, Array], Array],
-    nudged: float,
-) -> Array:
-    """The same where vectors are not apart: by Newton's method in all velocities."""
-    own = off.shape[1]
-    matrix = np.eye(STAGES * own)
-    for i, one in enumerate(stages):
-        for k in range(own):
-            nudge = nudged * np.min(one.sizes) * np.eye(own)[k]
-            sides = [rates(one.t, one.places, v)[:own] for v in (one.speeds + nudge, one.speeds - nudge)]
-            slope = (sides[0] - sides[1]) / (2.0 * nudge[k])
-            for m in range(own):
-                matrix[i * own + m, k::own] -= once[i] * slope[m]
-    if not np.all(np.isfinite(matrix)):
-        return np.full(off.shape, np.nan)
-    return np.array(np.linalg.solve(matrix, off.ravel())).reshape(off.shape)
+    def _slope(self, stage: Stage, nudge: Array) -> Array:
+        """By how much accelerations differ on both sides of the velocities there."""
+        ahead, behind = (
+            self.rates(stage.t, stage.places, stage.speeds + sign * nudge)[: len(nudge)] for sign in (1, -1)
+        )
+        return ahead - behind
+
+    def apart(self, off: Array) -> Array:
+        """The change of the accelerations (nodes, velocities) that are ``off`` by so much: of those of
+        vectors by Newton's method, as they depend on their own velocities, and of others by iteration. Nan
+        where forces have no value."""
+        width = max(map(len, self.pivots), default=0)
+        slopes = [np.zeros((STAGES, len(one), len(one))) for one in self.pivots]
+        for i, stage in enumerate(self.stages):
+            for p in range(width):
+                nudge = np.zeros(off.shape[1])
+                for one, size in zip(self.pivots, stage.sizes):
+                    if p < len(one):
+                        nudge[one[p]] = self.nudged * size
+                change = self._slope(stage, nudge)
+                for one, slope in zip(self.pivots, slopes):
+                    if p < len(one):
+                        slope[i, :, p] = change[list(one)] / (2.0 * nudge[one[p]])
+        found: Array = off.copy()
+        if not all(np.all(np.isfinite(slope)) for slope in slopes):
+            return np.full(off.shape, np.nan)
+        for one, slope in zip(self.pivots, slopes):
+            count = STAGES * len(one)
+            coupled = np.einsum("im,irp->irmp", self.once, slope).reshape(count, count)
+            own = np.linalg.solve(np.eye(count) - coupled, off[:, list(one)].ravel())
+            found[:, list(one)] = own.reshape(STAGES, len(one))
+        return found
+
+    def whole(self, off: Array) -> Array:
+        """The same where vectors are not apart: by Newton's method in all velocities."""
+        own = off.shape[1]
+        matrix = np.eye(STAGES * own)
+        for i, stage in enumerate(self.stages):
+            for k in range(own):
+                nudge = self.nudged * np.min(stage.sizes) * np.eye(own)[k]
+                slope = self._slope(stage, nudge) / (2.0 * nudge[k])
+                for m in range(own):
+                    matrix[i * own + m, k::own] -= self.once[i] * slope[m]
+        if not np.all(np.isfinite(matrix)):
+            return np.full(off.shape, np.nan)
+        return np.array(np.linalg.solve(matrix, off.ravel())).reshape(off.shape)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.guards.apart import Stage, newton_change, unit_slopes, whole_newton_change
+from lagrange_cli.integrate.guards.apart import Newton, Stage, unit_slopes
 from lagrange_cli.integrate.guards.collocation import STAGES, rule
 from lagrange_cli.integrate.guards.leading import Leading
 from lagrange_cli.native.guards import HELD
@@ -212,8 +212,8 @@ class Onset(Leading):
             if not np.all(np.isfinite(accelerations)):
                 return None
             pivots = [self._rows.guards[j].pivots for j in sliding if j in held.friction]
-            newton = newton_change if self._apart else whole_newton_change
-            change = newton(accelerations - found, stages, pivots, length * once, rates, NUDGE)
+            newton = Newton(stages, pivots, length * once, rates, NUDGE)
+            change = (newton.apart if self._apart else newton.whole)(accelerations - found)
             if not np.all(np.isfinite(change)):
                 return None
             found = found + change
