@@ -245,6 +245,7 @@ def test_balls_in_a_box_rest_in_steps_on_rates(case: int, request: pytest.Fixtur
     assert np.diff(energy).max() <= 1e-10 * energy[0], text
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("at", [2.0, 2.5])
 def test_a_ball_dropped_on_four_that_rest_side_by_side(at: float) -> None:
     given = {"count": 5, "e": 0.5, "width": 8.0, "impulse": IMPULSE, "us": [0.0] * 5}

@@ -14,6 +14,7 @@ from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.symbolic.latex import Latex
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import render
+from tests.support.draws import examples
 from tests.support.expressions import known, texts
 from tests.support.latex import value
 
@@ -29,6 +30,7 @@ def shown(text, names):
 
 
 @pytest.mark.parametrize("names", [("x", "y", "k"), ("x", "y", "e")])
+@examples(30)
 @given(data=st.data())
 def test_a_random_expression(names, data):
     text = data.draw(texts(names))
