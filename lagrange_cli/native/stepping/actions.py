@@ -44,6 +44,9 @@ class ActionCode:
     """Doubles from a coefficient of an argument to the next one."""
     alone: bool = False
     """Whether ``@act_alone`` gives what one event's action sets. Then what events do is looked up, too."""
+    interpolated: bool = False
+    """Whether series are polynomials through values. Then impacts that reduce the speed are left to the
+    caller, who has the rates where a step ends from the equations themselves."""
 
     @property
     def any(self) -> bool:
@@ -141,6 +144,9 @@ class ActionCode:
         event = j - rows.first_event
         bounce = f.load_integer("@bounces", j)
         with f.when(~bounce.equals(NOTHING)):
+            if self.interpolated:
+                f.give(f.count(LEFT))
+                return
             side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
             rate, bend = (f.load("%row", m * self.term) * float(m) for m in (2, 3))
             size = f.load(results, event * 2 + (len(rows.changed) + 1)) * ROUNDING

@@ -67,7 +67,9 @@ class GuardSearch:
     @property
     def actions(self) -> ActionCode:
         """The code for simple actions."""
-        return ActionCode(self.rows, self.layout, self.records, self.lengths.term, self.alone)
+        return ActionCode(
+            self.rows, self.layout, self.records, self.lengths.term, self.alone, self.interpolated
+        )
 
     @property
     def _rooted(self) -> bool:
