@@ -17,6 +17,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.masses import JointMasses
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.model.sparse import factored
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 NEAR = 1e-5
 """The time between values nearby."""
 MOST = 10_000_000
-"""Numbers of A."""
+"""Numbers of A, and of the factors of M."""
 
 
 class Accelerations:
@@ -79,7 +80,10 @@ class Accelerations:
 
     def divided(self, here: FamilyValues) -> Callable[[Values], Values] | None:
         """M^-1 for vectors side by side."""
-        system = self.system
+        system, coupled = self.system, self.system.coupled_masses
+        if coupled is not None:
+            factors = factored(coupled.matrix(here.of(coupled.entries)), MOST)
+            return None if factors is None else lambda right: np.array(factors.solve([*right]))
         if system.joints is None:
             masses = here.of(system.masses)
             return lambda right: right / masses[:, None]

@@ -20,20 +20,18 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import NONE, Chain, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.elimination import DENSE, elimination_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.joints.responses import Responses, responses, trees_of
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.model.sparse import SparseElimination, eliminated
+from lagrange_cli.model.sparse import SparseElimination
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.family import Family
 from lagrange_cli.spec.spec import Expression, Spec, grouped
 
 MOST = 64
-"""Numbers of L for each constraint in L D L^T up to which it is sparse; where M is diagonal, constraints that
-are coupled to each up to which members are not written out."""
-DENSE = 2048
-"""Constraints up to which L D L^T may be dense: 32 MB, and 1.4e9 multiplications a step."""
+"""Constraints that are coupled to each up to which members are not written out, where M is diagonal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,18 +178,7 @@ class Bonds:
     def elimination(self) -> SparseElimination | None:
         """How A M^-1 A^T is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too
         many numbers."""
-        places, most = self.pairs[1] if self.responses is None else self.responses.places, MOST * self.count
-        found = None
-        if len(places) - self.count <= most:
-            neighbours: list[set[int]] = [set() for _ in range(self.count)]
-            for i, j in places.tolist():
-                if i != j:
-                    neighbours[i].add(j)
-                    neighbours[j].add(i)
-            found = eliminated(neighbours, most)
-        if found is None and self.count > DENSE:
-            raise Unsuited
-        return found
+        return elimination_of(self.count, self.pairs[1] if self.responses is None else self.responses.places)
 
 
 def bound_families(spec: Spec) -> Iterator[tuple[Family, Mapping[str, Expression], bool]]:

@@ -14,6 +14,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
+from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.records import dataclass, field
@@ -81,8 +82,9 @@ class Modes:
 
 @dataclass(frozen=True, eq=False)
 class FamilySystem:
-    """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. ``needed`` are the totals
-    that the forces take, in the order in which they can be computed, ``totals`` all that expressions contain.
+    """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. If M is not diagonal,
+    ``coupled_masses`` has it, and ``masses`` its diagonal. ``needed`` are the totals that the forces take, in
+    the order in which they can be computed, ``totals`` all that expressions contain.
     ``energies`` are those that the potential is made of. The forces are those in L, opposite to the
     ``slopes``, and those that are ``applied`` besides. A U that is linear in velocities, such as that of
     charges in a magnetic field, has a derivative by these, ``vector``; the slopes are dU/dq - d/dt dU/dq_dot
@@ -119,8 +121,9 @@ class FamilySystem:
     positions: Mapping[str, Sequence[Total]]
     observables: Mapping[str, tuple[Total, int]]
     accelerations: Total
-    """Those of the coordinates. On chains and trees they are computed from all equations together, and have
-    no terms."""
+    """Those of the coordinates. On chains and trees, and where M is not diagonal, they are computed from all
+    equations together, and have no terms."""
+    coupled_masses: CoupledMasses | None = None
     apart: tuple[Node, Node] | None = None
     """T and U, where they are not the parts of L that are quadratic in velocities, and the others: where
     axes move."""
@@ -164,7 +167,7 @@ class FamilySystem:
     @property
     def straight(self) -> bool:
         """Whether momenta are those of particles: M v, component by component."""
-        return self.joints is None and self.vector is None
+        return self.joints is None and self.vector is None and self.coupled_masses is None
 
     @property
     def mixed(self) -> bool:
@@ -191,7 +194,7 @@ class FamilySystem:
     def moved_in_time(self) -> bool:
         """Whether positions depend on t besides coordinates, as T does then."""
         if self.apart is not None:
-            return not self.straight
+            return True
         moved = self.joints.moved if self.joints else ()
         return any(one.symbols & self.time.symbols for one in moved)
 

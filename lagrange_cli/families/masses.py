@@ -1,4 +1,4 @@
-"""Masses of systems whose M is diagonal and constant: of particles, or in a given Lagrangian."""
+"""Masses of systems whose M is constant: of particles, or in a given Lagrangian."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.coupled_masses import CoupledMasses, Product, coupled_masses
 from lagrange_cli.families.description import Component
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
 from lagrange_cli.mechanics.multiplied_out import halved_squares, without_time
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Spec, grouped
 
 
@@ -24,20 +25,24 @@ from lagrange_cli.spec.spec import Spec, grouped
 class Energies:
     """L = sum M v^2/2 - U, with a ``potential`` U that is linear in velocities and consists of ``totals``,
     and the ``components`` of particles that move along fixed axes. Where axes move, T and U as they are
-    written, ``apart``."""
+    written, ``apart``. Where M is not diagonal, it is ``coupled``, and ``masses`` has its diagonal."""
 
     potential: Node
     masses: Total
     totals: Sequence[Total]
     components: Sequence[Component] = ()
     apart: tuple[Node, Node] | None = None
+    coupled: CoupledMasses | None = None
 
 
-def energies_of(builder: FamilyBuilder, spec: Spec) -> Energies:
-    """The energies of a system whose M is diagonal and constant. Raises ``Unsuited`` where it is not."""
+def energies_of(builder: FamilyBuilder, spec: Spec, *, coupled: bool = False) -> Energies:
+    """The energies of a system whose M is constant, and diagonal unless it may be ``coupled``. Raises
+    ``Unsuited`` where it is not."""
+    products: list[Product] | None = [] if coupled else None
     if spec.lagrangian is not None:
         lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
-        return Energies(*separated(builder, lagrangian), [*builder.totals])
+        potential, masses = separated(builder, lagrangian, products)
+        return with_products(builder, Energies(potential, masses, [*builder.totals]), products)
     parts = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
     potential = builder.graph.sum([(one, 1.0) for one in parts])
     totals = [*builder.totals]
@@ -46,8 +51,19 @@ def energies_of(builder: FamilyBuilder, spec: Spec) -> Energies:
         return Energies(potential, masses_of(builder, moving), totals, moving)
     except Unsuited:
         kinetic = moving_axes(builder, spec)
-        parted = separated(builder, kinetic - potential)
-        return Energies(*parted, [*builder.totals], apart=(kinetic, potential))
+        parted = separated(builder, kinetic - potential, products)
+        moved = any(x.symbols & builder.time.symbols for _, _, _, x, _ in components(builder, spec))
+        apart = (kinetic, potential) if moved else None
+        return with_products(builder, Energies(*parted, [*builder.totals], apart=apart), products)
+
+
+def with_products(builder: FamilyBuilder, energies: Energies, products: Sequence[Product] | None) -> Energies:
+    """The energies with an M that is coupled by ``products`` of velocities, if there are any."""
+    if not products:
+        return energies
+    count = builder.q.count
+    made = coupled_masses(builder.root, count, energies.masses.terms, products)
+    return replace(energies, masses=made.diagonal(builder.slots, Domain(count)), coupled=made)
 
 
 def components(
@@ -89,7 +105,8 @@ def masses_of(builder: FamilyBuilder, particles: Sequence[Component]) -> Total:
 
 
 def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
-    """T of particles whose places are made of coordinates and t alone, as along axes that turn."""
+    """T of particles whose places are made of coordinates and t alone, as along axes that turn, or of several
+    coordinates."""
     speeds: dict[Domain, list[tuple[Node, Node]]] = {}
     for _, _, domain, x, mass in components(builder, spec):
         if any(isinstance(slot.array, Total) for _, slot in builder.slots.inside(x)):
@@ -118,12 +135,15 @@ def fixed(builder: FamilyBuilder, node: Node) -> bool:
     return all(slot.array in constant for _, slot in builder.slots.inside(node))
 
 
-def separated(builder: FamilyBuilder, lagrangian: Node) -> tuple[Node, Total]:
+def separated(
+    builder: FamilyBuilder, lagrangian: Node, products: list[Product] | None = None
+) -> tuple[Node, Total]:
     """A given Lagrangian as sum M v^2/2 - U, with a U that is linear in velocities: U, and M. The terms of
-    totals lose M v^2/2."""
+    totals lose M v^2/2. ``products`` of different velocities are noted there; without it, they are refused.
+    """
     graph, slots = builder.graph, builder.slots
     linear = factors(lagrangian, builder.totals, slots)
-    masses: list[Term] = []
+    masses, noted = list[Term](), list[Product]() if products is None else products
 
     def parted(domain: Domain, node: Node, factor: Node | None) -> Node:
         """Without its terms M v^2/2, whose masses are noted, and multiplied out where t vanishes then."""
@@ -136,14 +156,20 @@ def separated(builder: FamilyBuilder, lagrangian: Node) -> tuple[Node, Total]:
         left, *offsets = substituted(graph, [node, *momenta], at_rest)
         for (symbol, slot), momentum, own in zip(speeds, momenta, offsets):
             mass = graph.diff(momentum, symbol)
-            coupled = any(not graph.diff(momentum, s).is_zero for s, _ in speeds if s is not symbol)
-            if coupled or not fixed(builder, mass) or kinked(momentum, at_rest):
+            others = [(graph.diff(momentum, s), other) for s, other in speeds if s is not symbol]
+            coupled = [(each, other) for each, other in others if not each.is_zero]
+            constant = all(fixed(builder, one) for one in (mass, *(each for each, _ in coupled)))
+            if (coupled and products is None) or not constant or kinked(momentum, at_rest):
+                raise Unsuited
+            left += own * symbol
+            if mass.is_zero and not coupled:
+                continue
+            if factor is None:
                 raise Unsuited
             if not mass.is_zero:
-                if factor is None:
-                    raise Unsuited
                 masses.append(Term(domain, factor * mass, slot.table))
-            left += own * symbol
+            for each, other in coupled:  # a product comes twice
+                noted.append(Product(domain, 0.5 * factor * each, slot.table, other.table))
         return left
 
     replaced: dict[Total, Total] = {}

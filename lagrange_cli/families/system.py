@@ -1,13 +1,13 @@
 """The equations of motion of a system of families, in which every family stays one.
 
-Particles move along lines and circles, or L is quadratic in velocities: M is diagonal and constant, and
-a_k = -dU/dq_k / M_k. All that is said of a member is said once, however many there are. Systems of another
-kind are derived member by member (``mechanics``).
+Particles move along lines and circles, or L is quadratic in velocities: M is constant and, mostly, diagonal,
+so that a_k = -dU/dq_k / M_k. All that is said of a member is said once, however many there are. Systems of
+another kind are derived member by member (``mechanics``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,7 +16,7 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
@@ -30,10 +30,9 @@ from lagrange_cli.families.impacts.actions import on_joints, with_actions
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
+from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_speeds
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switching.switches import passing_where_parameters_jump, smooth_of
-from lagrange_cli.mechanics.switching.cuts import cuts_of
-from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -58,11 +57,6 @@ ALONE = 300
 SPARED = 3
 """How many times as much there has to be to do as is written singly, for loops to pay."""
 Reason: TypeAlias = "tuple[str, ...]"
-CUTS = (
-    "an energy or a constraint that jumps with the angle atan2(y, x)",
-    "write it with sin, cos or the square of the angle, which do not",
-)
-"""What members are written out for, and how to do without."""
 UNKNOWN = ("replaced",)
 """Parts of a system that are derived member by member."""
 
@@ -141,25 +135,38 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
     try:
         return separate(spec, algebra())
     except (Unsuited, Differ) as error:
-        if error.args or spec.lagrangian is not None or len(spec.coordinates) < FEWEST_JOINTED:
+        if error.args:
             raise
-    return articulated(spec, algebra())
+    why: Unsuited | Differ | None = None
+    if spec.lagrangian is None and len(spec.coordinates) >= FEWEST_JOINTED:
+        try:
+            return articulated(spec, algebra())
+        except (Unsuited, Differ) as error:
+            why = error
+    try:
+        return separate(spec, algebra(), coupled=True)
+    except (Unsuited, Differ) as error:
+        raise why or error from None
 
 
-def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
-    """The same, where M is diagonal and constant."""
-    if spec.bodies:
+def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> FamilySystem:
+    """The same, where M is constant, and diagonal unless it may be ``coupled``."""
+    if spec.bodies or (coupled and spec.constrained):
         raise Unsuited
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
     everyone = Domain(builder.q.count)
-    energies = energies_of(builder, spec)
+    energies = energies_of(builder, spec, coupled=coupled)
     potential, masses, totals = energies.potential, energies.masses, energies.totals
+    whole = energies.coupled
     covered = np.zeros(builder.q.count, dtype=bool)
     for term in masses.terms:
         covered[term.targets] = True
-    if not covered.all():
+    if not covered.all() or (coupled and whole is None):
         raise Unsuited
+    if whole is not None:
+        whole.elimination  # noqa: B018 - refuses what is coupled to too much
+        builder.totals.append(whole.entries)
     (gradient, vector), needed = slopes(potential, builder.root, totals, slots, builder.q, builder.v)
     rates = gradient
     if vector.terms:
@@ -172,28 +179,38 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     mass = slots.symbol(everyone, masses, np.arange(builder.q.count))
     speed = slots.symbol(everyone, builder.v, np.arange(builder.q.count))
     zeros = np.zeros(builder.q.count, dtype=np.int64)
-    energy = builder.added(1, [Term(everyone, 0.5 * mass * speed * speed, zeros)])
+    squares, momentum = [Term(everyone, 0.5 * mass * speed * speed, zeros)], [*opposite(vector)]
+    momentum.append(Term(everyone, mass * speed, np.arange(builder.q.count)))
+    if whole is not None:
+        squares.append(whole.energy(slots, builder.v))
+        momentum += whole.momenta(slots, builder.v)
+    energy = builder.added(1, squares)
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
-    momentum = [Term(everyone, mass * speed, np.arange(builder.q.count)), *opposite(vector)]
     momenta = total_of(builder.q.count, momentum, graph)
-    used = [total for total in builder.totals if total not in (masses, energy)]
+    apart = masses, energy, *([] if whole is None else [whole.entries])
+    used = [total for total in builder.totals if total not in apart]
     bound = bonds(builder, spec)
     if bound is not None:
         bound.elimination  # noqa: B018 - refuses what is coupled to too much
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
-        centres=centres(builder, spec) if vector.terms else (),
-        applied=total_of(builder.q.count, terms, graph), potential=potential,
+        centres=centres(builder, spec) if vector.terms or whole is not None else (),
+        coupled_masses=whole, applied=total_of(builder.q.count, terms, graph), potential=potential,
         kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound, apart=energies.apart,
-        accelerations=accelerations(builder, everyone, forces, masses, bound),
+        accelerations=unknown(builder) if whole else divided(builder, everyone, forces, masses, bound),
     )  # fmt: skip
 
 
-def accelerations(
+def unknown(builder: FamilyBuilder) -> Total:
+    """Accelerations that are found together."""
+    return Total(Source.TOTAL, builder.q.count)
+
+
+def divided(
     builder: FamilyBuilder, everyone: Domain, forces: Total, masses: Total, bound: Bonds | None
 ) -> Total:
-    """Those of the coordinates where M is diagonal, (F + A^T lambda) / M."""
+    """The accelerations of the coordinates where M is diagonal, (F + A^T lambda) / M."""
     count, slots = builder.q.count, builder.slots
     terms = [*forces.terms, *(bound.pulls_on_coordinates(slots) if bound else ())]
     whole, places = total_of(count, terms, builder.graph), np.arange(count)
@@ -228,7 +245,7 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         needed=[*needed, *beside], energies=totals, slopes=whole, gradient=whole, applied=applied,
         potential=potential, kinetic=kinetic, momenta=momentum, components=[], joints=found, loads=pulls,
         centres=centres(builder, spec), bonds=bound, vector=None,
-        accelerations=Total(Source.TOTAL, builder.q.count),
+        accelerations=unknown(builder),
     )  # fmt: skip
 
 
@@ -250,7 +267,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         from lagrange_cli.families.turning import bodies_of
 
         parts["bodies"] = bodies_of(builder)
-    if joints is not None or parts["vector"] is not None:
+    if joints is not None or parts["vector"] is not None or parts.get("coupled_masses") is not None:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,
@@ -259,9 +276,11 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     )  # fmt: skip
     refuse_others(found)
     try:
-        return replace(found, smooth=smooth_of(found))
+        found = replace(found, smooth=smooth_of(found))
     except Unsuited:
-        return passing_where_parameters_jump(found)
+        found = passing_where_parameters_jump(found)
+    refuse_holding(found)
+    return found
 
 
 def opposite(total: Total) -> list[Term]:
@@ -278,26 +297,3 @@ def observed(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[str, tuple[To
             raise Unsuited
         for i, name in enumerate(family.members):
             yield name, (arrays[0], i)
-
-
-def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Total]) -> None:
-    """Raise ``Unsuited`` where an energy depends on velocities beyond the masses."""
-    for node in (potential, *(one.node for total in totals for one in total.terms)):
-        if any(slot.array is builder.v for _, slot in builder.slots.inside(node)):
-            raise Unsuited
-
-
-def refuse_others(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where energies and constraints jump with angles, and where forces have exponentials
-    that have to be bounded."""
-    roots = [*system.force_nodes, system.potential]
-    moving = system.time.symbols | system.slots.symbols_of(system.q, system.v, *system.totals)
-    for node in reachable(roots):
-        if node.kind is Kind.DDT:
-            raise Unsuited
-    bound = system.bonds.nodes if system.bonds else ()
-    places = [one.node for axes in system.positions.values() for total in axes for one in total.terms]
-    if cuts_of(system.slots.graph, system.slots.made_of([system.potential, *bound, *places]), moving):
-        raise Unsuited(*CUTS)
-    if saturated_each(system.slots.graph, roots, moving) != tuple(roots):
-        raise Unsuited

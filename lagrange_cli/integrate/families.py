@@ -237,7 +237,11 @@ def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
 def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
     said = ["families are not expanded: the code has a loop over the members of each"]
-    if system.joints is None:
+    if system.coupled_masses is not None:
+        sparse = system.coupled_masses.elimination
+        by = f"its factor has {sparse.entries} entries" if sparse else "as a dense matrix"
+        said.append(f"the mass matrix contains parameters only: it is factored once per run, {by}")
+    elif system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")
         if system.bonds is not None:
             sparse = system.bonds.elimination
@@ -255,7 +259,8 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = system.joints is None and system.bonds is None and not held(system) and not system.contacts
+    together = system.joints is not None or system.bonds is not None or system.coupled_masses is not None
+    provable = not (together or held(system) or system.contacts)
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 

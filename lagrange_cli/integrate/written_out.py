@@ -57,25 +57,39 @@ def unsuited(spec: Spec) -> WrittenOut:
         elif longest == "forces":
             where = forces
         return WrittenOut(what, way, kinked(where))
-    if spec.events and any_family_system(replace(spec, events={})) is not None:
+    if spec.events and (found := any_family_system(replace(spec, events={}))) is not None:
+        if found.coupled_masses is not None:
+            return coupled([one.when for one in written(spec.events)])
         what = "events that jump, that set masses, or impacts between members"
         events = [*written(spec.events)]
         acting = [one.when for one in events if one.sets] or [one.when for one in events]
         return WrittenOut(what, "let them record or stop only", kinked(acting))
     for part in ("constraints", "nonholonomic", "observables"):
         given = getattr(spec, part)
-        if given and any_family_system(replace(spec, **{part: {}})) is not None:
+        if given and (found := any_family_system(replace(spec, **{part: {}}))) is not None:
+            if found.coupled_masses is not None:
+                return coupled(given.values())
             way = "write it in terms of neighbours, without kinks"
             return WrittenOut(f"what '{part}' contains", way, kinked(given.values()))
     for part in spec.forces:
         others = {key: given for key, given in spec.forces.items() if key != part}
-        if any_family_system(replace(spec, forces=others)) is not None:
+        if (found := any_family_system(replace(spec, forces=others))) is not None:
+            if found.coupled_masses is not None:
+                return coupled(spec.forces[part].values())
             way = "write it in terms of neighbours, without jumps"
             return WrittenOut(f"what '{part}' contains", way, kinked(spec.forces[part].values()))
-    what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "
+    what = "these energies (loops over members need a constant mass matrix, or chains and trees of "
     what += "angles, rigid bodies of up to four coordinates, and forces that do not jump with positions or "
     what += "velocities)"
     return WrittenOut(what, "write energies of this form", kinked(energies))
+
+
+def coupled(expressions: Iterable[Expression]) -> WrittenOut:
+    """That expressions need the inverse of a mass matrix that is not diagonal."""
+    what = "constraints, friction and actions where the mass matrix is not diagonal"
+    return WrittenOut(
+        what, "give each coordinate a mass of its own, without products of velocities", kinked(expressions)
+    )
 
 
 def kinked(expressions: Iterable[Expression]) -> Place | None:

@@ -18,9 +18,10 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total
-from lagrange_cli.families.bonds import DENSE, Bonds
+from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Coupled, Impacts
+from lagrange_cli.families.elimination import DENSE
 from lagrange_cli.families.events import SEEDS, Events, random_state
 from lagrange_cli.families.impacts.impacts import Finding
 from lagrange_cli.families.impacts.slowing import Slowing

@@ -21,6 +21,7 @@ from lagrange_cli.native.families.constraints.projection import Moves
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.constraints.saddle_tables import SaddleTables
 from lagrange_cli.native.families.constraints.sticking import Sticking
+from lagrange_cli.native.families.coupled_masses import MassFactors
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.joints.balance import Balance
 from lagrange_cli.native.families.joints.closed_projection import Residuals
@@ -227,6 +228,12 @@ class Arrangement:
             self.place(self.signs, self.signs.count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
+        self.factors: MassFactors | None = None
+        """Those of M, where it is not diagonal."""
+        if system.coupled_masses is not None:
+            entries = self.lasting.arranged(system.coupled_masses.entries)
+            self.factors = MassFactors(system.coupled_masses, entries, self.tables)
+            self.place(self.factors.array, self.factors.array.count)
 
     def beside(self, followed: Sequence[Total], listed: Sequence[Element]) -> Total:
         """One array of all that is ``followed``, and of what is ``listed``."""

@@ -47,7 +47,8 @@ def of_families(system: FamilySystem) -> Coupling:
     totals = needed([system.forces], system.slots)
     joints = system.joints
     apart = joints is not None and not joints.count
-    if (system.bonds is not None or joints is not None) and not apart:
+    together = system.bonds is not None or joints is not None or system.coupled_masses is not None
+    if together and not apart:
         return full(count)
     if any(isinstance(one, Chain) for one in totals):
         return full(count)

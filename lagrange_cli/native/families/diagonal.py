@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span, in_vectors
+from lagrange_cli.native.families.vectors import Numbers
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
@@ -40,12 +41,11 @@ class DiagonalJet(SeriesJet):
     ) -> None:
         f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
-        given = [evaluation.where(one) for one in (self.whole, *self.masses)]
+        rate = self.rates_of(evaluation)
         velocities = self.at(self.system.v, k + 1)
 
         def write(i: Integer, lanes: int) -> None:
-            rate = vectors.quotient(*(vectors.load_row(one, i, lanes) for one in given))
-            vectors.store_row(vectors.divided(rate, divisor), velocities, i)
+            vectors.store_row(vectors.divided(rate(i, lanes), divisor), velocities, i)
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
         self.bind(velocities)
@@ -53,11 +53,26 @@ class DiagonalJet(SeriesJet):
             rates = self.at(self.system.v, k + 1)
             self.follow(k + 1, rates, self.at(self.system.q, k + 2), self.degrees)
 
+    def rates_of(self, evaluation: Evaluation) -> Callable[[Integer, int], Numbers]:
+        """What gives some of the accelerations, side by side."""
+        vectors, given = self.vectors, [evaluation.where(one) for one in (self.whole, *self.masses)]
+        return lambda i, lanes: vectors.quotient(*(vectors.load_row(one, i, lanes) for one in given))
+
     def bind(self, velocities: Pointer) -> None:
         """Change velocities that follow from others."""
 
     def regular(self) -> Bit:
         return regular_masses(self)
+
+
+class RatesInRows(DiagonalJet):
+    """The same without series, in rows as of the state."""
+
+    local = False
+
+    def follow(self, k: Index, source: Pointer, target: Pointer, count: int) -> None:
+        if k == 0:
+            super().follow(k, source, target, count)
 
 
 def regular_masses(jet: SeriesJet) -> Bit:

@@ -10,6 +10,7 @@ from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet
 from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.corrected import CorrectedJet
+from lagrange_cli.native.families.coupled_masses import CoupledMassesJet, CoupledMassesRates
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet, SeriesJet
@@ -43,16 +44,23 @@ class MotionJets(Preparation):
         if made is not None:
             return self.with_beside(made, BESIDE)
         if self.scheme:
-            return self.with_beside(DiagonalJet(setting), BESIDE)
+            return self.with_beside(self.by_masses(self.order, JET), BESIDE)
         watch = watch if self.looks(watch) else None
-        own = setting, JET if watch is None else MOTION
-        made = DiagonalJet(*own) if self.parts is None else SharedJet(self.parts, *own)
+        own = JET if watch is None else MOTION
+        made = self.by_masses(self.order, own)
+        if self.parts is not None and self.factors is None:
+            made = SharedJet(self.parts, setting, own)
         jet = self.with_beside(made, BESIDE) if watch is None else self.with_near(made, watch)
-        text = jet.text + DiagonalJet(self.setting(RATES), BRIEF).write().text
+        text = jet.text + self.by_masses(RATES, BRIEF).write().text
         if self.looked_at:
-            short = self.with_beside(DiagonalJet(self.setting(FOUND), AT_ONCE), f"{BESIDE}_{AT_ONCE}")
+            short = self.with_beside(self.by_masses(FOUND, AT_ONCE), f"{BESIDE}_{AT_ONCE}")
             text, jet = text + short.text, replace(jet, work=max(jet.work, short.work))
         return replace(jet, text=text)
+
+    def by_masses(self, order: int, name: str) -> DiagonalJet:
+        """The jet of a system whose accelerations follow from forces and a constant M."""
+        given = self.setting(order), name
+        return DiagonalJet(*given) if self.factors is None else CoupledMassesJet(self.factors, *given)
 
     @property
     def looked_at(self) -> bool:
@@ -65,12 +73,14 @@ class MotionJets(Preparation):
     def rates_alone(self, name: str) -> Jet:
         """A function of that name that gives the rates, without series."""
         made = self.coupled(RATES, name)
+        if self.factors is not None:
+            made = CoupledMassesRates(self.factors, self.setting(RATES), name)
         if made is None:
             return self.accelerations(name)
         return self.with_beside(made, f"{BESIDE}_{name}")
 
     def coupled(self, order: int, name: str) -> SeriesJet | None:
-        """The jet of a system whose accelerations follow from all members together; None if M is diagonal and
+        """The jet of a system whose accelerations follow from all members together; None if M is constant and
         there are no constraints."""
         given = self.setting(order), name
         if isinstance(self.closure, StickingClosure):

@@ -89,9 +89,10 @@ class Preparation(Arrangement):
         # arrays may need further constants, which are computed before them
         inner = Function(f"define internal void {arrays}(ptr noalias %constants) #0")
         one = kind(inner)
-        self.evaluation(one, {}, one.at(inner.constant(0.0))).write(
-            [one for one in self.lasting.fixed if isinstance(one, Total)]
-        )
+        evaluation = self.evaluation(one, {}, one.at(inner.constant(0.0)))
+        evaluation.write([one for one in self.lasting.fixed if isinstance(one, Total)])
+        if self.factors is not None:
+            self.factors.factor(evaluation)
         inner.give()
         symbols = [self.system.parameters.get(name) for name in self.parameters]
         scalars = [*self.tables.constants.slots.items()]

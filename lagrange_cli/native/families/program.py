@@ -148,7 +148,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             if lengths.followers:
                 given = replace(given, idle=idle_places(given.guards, given.state))
             parts.append(advance(self.by_series(lengths, self.with_integrals(given, lengths))))
-        if self.order > RATES or self.balance is not None or self.motion is not None:
+        if self.order > RATES or any(one is not None for one in (self.balance, self.motion, self.factors)):
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return (
             work,
@@ -200,7 +200,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
     @property
     def together(self) -> list[tuple[int, int]]:
         """The families of coordinates whose accelerations are found together."""
-        return [] if self.diagonal else related(self.system.spec)
+        return [] if self.diagonal and self.factors is None else related(self.system.spec)
 
     @property
     def related(self) -> list[tuple[int, int]]:

@@ -132,7 +132,8 @@ class Comparison:
     def of_motion(self, at: Any) -> Quantities:
         """Those of the equations of motion."""
         t, q, v, _, parameters = at
-        if self.system.joints is None and self.equations.accelerations is not None:
+        alone = self.system.joints is None and self.system.coupled_masses is None
+        if alone and self.equations.accelerations is not None:
             own = FamilyValues(self.system, t, q, v, parameters)
             derived = own.of(self.system.forces) / own.of(self.system.masses)
             printed = self.values(self.equations.accelerations, at)

@@ -25,7 +25,7 @@ from lagrange_cli.native.families.constraints.anchoring import PAIR, Anchoring, 
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.jet import saddle_of, solve
 from lagrange_cli.native.families.constraints.restraint import Restraint
-from lagrange_cli.native.families.diagonal import DiagonalJet
+from lagrange_cli.native.families.diagonal import DiagonalJet, RatesInRows
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.series_places import JetSetting
@@ -155,11 +155,5 @@ class StickingJet(DiagonalJet):
         return super().regular() & self.sound
 
 
-class StickingRates(StickingJet):
+class StickingRates(RatesInRows, StickingJet):
     """The same without series, in rows as of the state."""
-
-    local = False
-
-    def follow(self, k: Index, source: Pointer, target: Pointer, count: int) -> None:
-        if k == 0:
-            super().follow(k, source, target, count)

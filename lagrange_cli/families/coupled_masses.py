@@ -1,0 +1,98 @@
+"""Masses of systems whose M is constant but not diagonal: of finite elements with consistent masses, of
+particles whose places are linear in several coordinates, of Ritz's method.
+
+M is factored once, before the motion, in L D L^T.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
+from lagrange_cli.families.elimination import elimination_of
+from lagrange_cli.model.sparse import SparseElimination
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class Product:
+    """What L has of products of two velocities: ``node`` of each member of ``domain``, times those of the
+    coordinates ``first`` and ``second``."""
+
+    domain: Domain
+    node: Node
+    first: Places
+    second: Places
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledMasses:
+    """The ``entries`` of M on its diagonal and below, at the places ``pairs`` (entries, 2); 0 and 1 are
+    behind them."""
+
+    count: int
+    pairs: Places
+    entries: Total
+
+    @cached_property
+    def elimination(self) -> SparseElimination | None:
+        """How M is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too many
+        numbers."""
+        return elimination_of(self.count, self.pairs)
+
+    @cached_property
+    def below(self) -> Places:
+        """The entries below the diagonal."""
+        return np.flatnonzero(self.pairs[:, 0] != self.pairs[:, 1])
+
+    def diagonal(self, slots: Slots, everyone: Domain) -> Total:
+        """The diagonal of M."""
+        places = np.flatnonzero(self.pairs[:, 0] == self.pairs[:, 1])
+        entry = slots.symbol(everyone, self.entries, places)
+        return Total(Source.TOTAL, self.count, (Term(everyone, entry, np.arange(self.count)),))
+
+    def momenta(self, slots: Slots, v: Array) -> Sequence[Term]:
+        """M v, but for the diagonal."""
+        i, j = self.pairs[self.below].T
+        domain = Domain(len(i))
+        entry = slots.symbol(domain, self.entries, self.below)
+        return [Term(domain, entry * slots.symbol(domain, v, b), a) for a, b in ((i, j), (j, i))]
+
+    def energy(self, slots: Slots, v: Array) -> Term:
+        """The same of the kinetic energy."""
+        domain = Domain(len(self.below))
+        entry = slots.symbol(domain, self.entries, self.below)
+        first, second = (slots.symbol(domain, v, one) for one in self.pairs[self.below].T)
+        return Term(domain, entry * first * second, np.zeros(domain.count, dtype=np.int64))
+
+    def matrix(self, entries: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[dict[int, float]]:
+        """M row by row, from the values of its entries."""
+        made: list[dict[int, float]] = [{} for _ in range(self.count)]
+        for (i, j), value in zip(self.pairs.tolist(), entries.tolist()):
+            made[i][j] = made[j][i] = value
+        return made
+
+
+def coupled_masses(
+    root: Domain, count: int, diagonal: Sequence[Term], products: Sequence[Product]
+) -> CoupledMasses:
+    """M of so many coordinates, from terms on its ``diagonal`` and products of velocities."""
+    numbers = [np.arange(count) * (count + 1)]
+    numbers += [np.maximum(p.first, p.second) * count + np.minimum(p.first, p.second) for p in products]
+    keys = np.unique(np.concatenate(numbers))
+    size = len(keys)
+    terms = [Term(t.domain, t.node, np.searchsorted(keys, t.targets * (count + 1))) for t in diagonal]
+    for product, key in zip(products, numbers[1:]):
+        places = np.searchsorted(keys, key)
+        terms.append(Term(product.domain, product.node, places))
+        square = product.first == product.second  # c v^2, whose second derivative is 2 c
+        if square.any():
+            terms.append(Term(product.domain, product.node, np.where(square, places, size + 2)))
+    terms.append(Term(root, products[0].node.graph.one, np.array([size + 1])))
+    pairs = np.stack(np.divmod(keys, count), axis=1)
+    return CoupledMasses(count, pairs, Total(Source.TOTAL, size + 3, tuple(terms)))

@@ -1,0 +1,28 @@
+"""How equations of many unknowns with a symmetric matrix are factored, from the places of its entries."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.model.sparse import SparseElimination, eliminated
+
+MOST = 64
+"""Numbers of L for each unknown in L D L^T up to which it is sparse."""
+DENSE = 2048
+"""Unknowns up to which L D L^T may be dense: 32 MB, and 1.4e9 multiplications a step."""
+
+
+def elimination_of(count: int, places: Places) -> SparseElimination | None:
+    """How a matrix of ``count`` unknowns with entries at ``places`` (entries, 2), those on the diagonal and
+    below, is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too many numbers."""
+    found, most = None, MOST * count
+    if len(places) - count <= most:
+        neighbours: list[set[int]] = [set() for _ in range(count)]
+        for i, j in places.tolist():
+            if i != j:
+                neighbours[i].add(j)
+                neighbours[j].add(i)
+        found = eliminated(neighbours, most)
+    if found is None and count > DENSE:
+        raise Unsuited
+    return found
