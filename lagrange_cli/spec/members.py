@@ -9,14 +9,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.index_arrays import FARTHEST, Differ, Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.many_bounds import Various, chosen, various
-from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
+from lagrange_cli.expression.many_bounds import Many, Various, chosen, various
+from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.spec import family as families
 from lagrange_cli.spec.family import Blocks, Family, Grid, Listed, MemberNames
 from lagrange_cli.spec.kinds import Meaning
-from lagrange_cli.spec.meanings import Settled
+from lagrange_cli.spec.meanings import Settled, has_some, largest, scalar
 from lagrange_cli.spec.whole import Part
 
 
@@ -46,27 +47,46 @@ def bounds_of(names: Table, identifier: str, places: list[Whole], count: int) ->
         which = members_at(family, flat(places, family.shape, count))
         value = names.alike(name)
         if value is None:
-            value = numbers_at(names.values.of_family(family), which)
+            value = numbers_at(names.values, family, which)
     return component_of(value, component) if component else value
 
 
 def component_of(value: Any, component: str) -> Any:
     """The bounds of a component. Raises ``Unsuited`` where there is none of this name."""
+    if component in BODY_COMPONENTS:
+        return scalar()
     known = COMPONENTS + VELOCITY_COMPONENTS
     if component not in known or not isinstance(value, tuple) or known.index(component) % 3 >= len(value):
         raise Unsuited
     return value[known.index(component) % 3]
 
 
-def numbers_at(found: list[Any] | None, which: Places) -> Any:
+def numbers_at(values: Settled, family: Family, which: Places) -> Any:
     """The bounds of some members of a family whose numbers are known, and are written alike."""
-    if found is None or len(found) != 1 or found[0] is None:
+    found = values.of_family(family)
+    if found is None or any(one is None for one in found):
         raise Unsuited
-    value = chosen(found[0], which)
+    value = chosen(found[0] if len(found) == 1 else gathered([*map(values.get, family.members)]), which)
     for one in value if isinstance(value, tuple) else (value,):
         if isinstance(one, Various):
             raise Differ(one.labels)
     return value
+
+
+def gathered(bounds: Sequence[Any]) -> Any:
+    """The bounds of members together that have been found one by one. Raises ``Unsuited`` where a number is
+    known of some of them only, or they differ in kind."""
+    if any(isinstance(one, tuple) for one in bounds):
+        if len({len(one) if isinstance(one, tuple) else 0 for one in bounds}) > 1:
+            raise Unsuited
+        return tuple(map(gathered, zip(*bounds)))
+    numbers = [one.value for one in bounds]
+    found = largest([Bounds(None, one.size, one.depth, one.kind) for one in bounds])
+    if None not in numbers:
+        return Many(np.array(numbers), found)
+    if any(number is not None for number in numbers) or any(map(has_some, bounds)):
+        raise Unsuited
+    return found
 
 
 def shares(
