@@ -58,7 +58,8 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
     parameters = dict(values.parameters)
     start = State(parameters, spec.solve.start or 0.0, tuple(values.q), tuple(values.v))
     regular = not singular(spec, start)
-    reached = [State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values)]
+    moving = (State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values))
+    reached = [one for state in moving if (one := bound(state)) is not None]  # events may set parameters
     others = [*reached, *sides(residual.model, [start, *reached], bound)]
     return verify(derived.equations, compiled_values(residual), start, others, direct, bound)
 

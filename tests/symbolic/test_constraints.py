@@ -369,6 +369,21 @@ def test_constraints_that_depend_on_others_only_where_they_hold(text, patient):
     assert found.agrees and found.counted["along the motion"] == 8, str(found)
 
 
+def test_states_after_an_event_has_changed_a_length_satisfy_the_constraints_again(patient):
+    text = """
+parameters: {l: 1}
+coordinates: {r: {initial: l}, th: {initial: 1}}
+masses: {b: 1}
+positions: {b: [r*sin(th), -r*cos(th)]}
+potential: 9.81*b.y
+constraints: {rope: r - l}
+events: {winch: {when: th, action: {set: {l: 0.9*l}}}}
+solve: {stop: 10}
+"""
+    found = verify_system(derive(spec_of(text)), {})
+    assert found.agrees and found.counted["along the motion"] == 8, str(found)
+
+
 INVERSOR = """
 parameters: {L: 3, s: 1.5, a: 1.9, bx: (L**2 - s**2 + a**2)/(2*a)}
 coordinates:
