@@ -19,9 +19,8 @@ CURVES = 10
 PAGE = """\
 # Stability: difficult motions
 
-This page shows how `lagrange solve` copes with motions that are chosen to be difficult: near collisions,
-chaos, stiff and discontinuous forces, extreme numbers and singularities. It also shows how other programs
-cope with them.
+This page shows how `lagrange solve` copes with difficult motions: near collisions, chaos, stiff and
+discontinuous forces, extreme numbers and singularities. It also shows how other programs cope with them.
 
 `python -m benchmarks.stress --write` makes this page in about fifteen minutes. `--quick` runs the fast
 scenes only, and `--scenes NAME...` only those named. The scenes are defined in
@@ -31,13 +30,13 @@ scenes only, and `--scenes NAME...` only those named. The scenes are defined in
 
 ## How a scene is judged
 
-Every scene runs `lagrange solve` with its default settings, in a process of its own with limits of time
-and memory. There are three verdicts:
+Each motion is a scene. For every scene, `lagrange solve` runs with its default settings, in a process of
+its own with limits on time and memory. There are three verdicts:
 
 - *right*: the run reached its end, and its output agrees with the reference and with the conservation
   laws.
-- *refused*: the run ended early with a message that says where and what to do, and its output up to there
-  is right.
+- *refused*: the run ended early, its output up to there is right, and a message says where it ended and
+  what to do.
 - *wrong*: anything else, above all a number that is wrong without a message.
 
 The first table has these columns:
@@ -47,7 +46,7 @@ The first table has these columns:
   motion that heyoka computes in quadruple precision from the equations that `lagrange equations` prints.
   These are derived by sympy, independently of the equations that `solve` integrates.
 - *one rounding*: the change of the reference when every initial value is changed by one part in 2^52. An
-  error of q is right if it is at most {roundings} times this, or at most 1e-11.
+  error of q counts as right if it is at most {roundings} times this, or at most 1e-11.
 - *h* and *p*: the drift of the energy function h and of the conserved momenta p.
 - *ledger*: the largest error of the ledgers. A ledger is the balance of work and energy, or of force and
   momentum: the change of h minus the work done on the system, and the change of p minus the impulse of
@@ -55,17 +54,17 @@ The first table has these columns:
 - *growth*: the exponent of the power of time with which h drifts (its ledger, where h is not conserved).
   A random walk of rounding errors gives 0.5.
 
-The values of h, p and the ledgers are relative to the size of these quantities. They are right up to
+The values of h, p and the ledgers are relative to the size of these quantities. They count as right up to
 {drift} times the square root of the number of steps. No scene has constraints.
 
-Some scenes have wider bounds, most of them set after a first run. The first column is the bound for the
-error of q. The second is the size to which drifts of h and p are relative, where it exceeds the values of
-T, U and p themselves:
+Some scenes have wider bounds, most of which were set after a first run. In this table, the first number is
+the bound for the error of q. The second is the size to which drifts of h and p are relative, where it
+exceeds the values of T, U and p themselves:
 
 {wider}
 
-The bounds of *pythagorean* and *kapitza* stay because other programs do no better. The bound of
-*polar_near* has not been confirmed independently.
+The bounds of *pythagorean* and *kapitza* remain, since no other program in the last table is ten times as
+accurate there. The bound of *polar_near* has not been confirmed independently.
 
 Where one rounding changes q by more than 1e-3 (*chaos*, *upside_down*), no program can know q at the end
 in double precision. There, *right* refers to h and the ledgers only.
@@ -86,7 +85,7 @@ Verdicts, errors and drifts of all scenes:
 
 ## Other programs
 
-The table gives the error of q of each program, from the same start, with the same equations and the same
+This table gives the error of q of each program, from the same start, with the same equations and the same
 measure. The number of steps is in brackets (for scipy, the number of evaluations). heyoka runs at its
 default tolerance, DOP853 at 1e-12 and Radau at 1e-9. rebound's IAS15 runs at its default, in scenes with
 point masses in a plane under their own gravity. Each had ten seconds on a busy processor, including its
@@ -96,7 +95,7 @@ that the program did not run on this scene. Scenes without a reference have no e
 {beside}
 
 The first figure shows the errors of q from this table. The second shows how the drift of h grows with
-time, for the scenes with most steps:
+time, for the scenes with the most steps:
 
 ![errors of q of all programs](figures/stress_errors.svg)
 

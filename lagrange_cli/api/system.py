@@ -62,7 +62,9 @@ def plain(value: Any) -> Any:
         return dict(value)
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise TypeError(f"it has a value of type {type(value).__name__}")
+    raise TypeError(
+        f"it has a value of type {type(value).__name__}; write expressions as text, as in 'm*g*y' or str(...)"
+    )
 
 
 @lru_cache(maxsize=64)

@@ -140,6 +140,18 @@ NAMES: dict[str, str] = {
 }  # fmt: skip
 """Names of constants: what stands after 'write'."""
 
+QUANTITIES: dict[str, tuple[str, str]] = {
+    spelling: (output, what)
+    for output, what, spellings in (
+        ("T", "kinetic energy", "T K KE Ekin E_kin kinetic kinetic_energy"),
+        ("U", "potential energy", "U V PE Epot E_pot potential potential_energy"),
+        ("energy", "energy T + U", "E Etot E_tot energy total_energy"),
+        ("h", "energy function", "h H hamiltonian Hamiltonian"),
+    )
+    for spelling in spellings.split()
+}
+"""Names of energies: the output that has the values, and what it is called."""
+
 _PARAMETER_EXAMPLES = {
     "g": "9.81", "G": "6.674e-11", "hbar": "1.0546e-34", "k_B": "1.38e-23",
     "eps0": "8.854e-12", "mu0": "1.2566e-6",
@@ -202,6 +214,15 @@ COMPONENTS: dict[str, str] = {
 """Components of a particle's velocity."""
 VELOCITIES = frozenset({"v", "V", "vel", "velocity", "speed", "dot", "rdot", "r_dot"})
 """Words for all components of a velocity."""
+_SPIN = re.compile("(?:w|\u03c9|omega|\u03a9|Omega|om|ang_?vel|angular_velocity)_?([xyz123]?)")
+
+
+def spin_component(word: str) -> str | None:
+    """``wx`` for ``omega_x``, and ``w3`` for ``omega3``: a component of an angular velocity, as it may be
+    written elsewhere. Empty for all of them together; None for other words."""
+    found = _SPIN.fullmatch(word)
+    return None if found is None else found[1] and f"w{found[1]}"
+
 
 MULTIPLIERS = frozenset({"lambda", "lam", "multiplier", "multipliers"})
 FORCES = MULTIPLIERS | {"mu", "tension", "reaction", "force", "F", "N", "T"}

@@ -11,6 +11,7 @@ from lagrange_cli.expression.confusions import (
     PRIMES,
     VELOCITIES,
     decimal_comma,
+    spin_component,
 )
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
 from lagrange_cli.expression.near import known_hint, near_hint, shown
@@ -20,16 +21,21 @@ from lagrange_cli.expression.sums import Sums
 from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Name, Number, Span, Tree, Vector
 from lagrange_cli.expression.vocabulary import (
     ANY_NUMBER,
+    BODY_COMPONENTS,
     CALLABLE,
     COMPONENTS,
     CONSTANTS,
     FAMILY_WORDS,
+    MULTIPLIER,
     POINT,
     POWER,
     SIGN,
     TIME,
     VELOCITY_COMPONENTS,
 )
+
+SCALARS = frozenset({*COMPONENTS, *VELOCITY_COMPONENTS, *BODY_COMPONENTS, MULTIPLIER})
+"""What may follow a name and a dot."""
 
 
 class Operands(Sums):
@@ -106,9 +112,13 @@ class Operands(Sums):
             self.error(span, f"'{name}.{POINT}' without coordinates", f"write {component}")
             return Number("0", span)
         if len(parts) > 1:
-            velocity = parts[0] in VELOCITIES and parts[1] in COMPONENTS
-            meant = f"v{parts[1]}" if velocity else parts[0]
-            self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{meant}")
+            meant = parts[0]
+            if meant in VELOCITIES and parts[1] in COMPONENTS:
+                meant = f"v{parts[1]}"
+            elif spin_component(meant) == "":
+                meant = spin_component(f"w{parts[1]}") or meant
+            one = f"write {name}.{meant}" if meant in SCALARS else f"write one component, as in {name}.x"
+            self.error(span, f"'{name}.{parts[0]}' has no components", one)
             return Name(f"{name}.{meant}", span, indices)
         return Name(f"{name}.{parts[0]}", span, indices)
 

@@ -175,7 +175,7 @@ class Planner:
             what = "a contact or friction" if contacts else "friction that is not linear in multipliers"
             raise NotDefined(
                 f"no output '{output}': {what} may keep this system at rest, and the forces that do so are "
-                "not determined by q and v"
+                "not determined by q and v: choose outputs without it, such as q,v,h"
             )
         if pressed := pressing(self.residual, contacts) if multipliers else contacts:
             model = self.model
@@ -184,7 +184,8 @@ class Planner:
             moving = " and the constraint forces with it" if multipliers else ""
             raise NotDefined(
                 f"no output '{output}': the motion may come to rest at {event} {names}, as {action} reduces "
-                f"the speed; the force of that contact{moving} is not determined by q and v"
+                f"the speed; the force of that contact{moving} is not determined by q and v: "
+                "choose outputs without it, such as q,v,h"
             )
 
     def observe(self, name: str, node: Node) -> str:

@@ -37,7 +37,7 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
     from lagrange_cli.run.start import consistent_values
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.direct import Direct, directly
-    from lagrange_cli.symbolic.states import State, admissible, sides
+    from lagrange_cli.symbolic.states import State, admissible, sides, singular
     from lagrange_cli.symbolic.verify import verify
 
     if derived.original is None:
@@ -52,11 +52,14 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
         return directly(spec, state.parameters, state.t, state.q, state.v, a, multipliers, exact)
 
     def bound(state: State) -> State | None:
-        return admissible(spec, state)
+        found = admissible(spec, state)
+        return None if found is not None and regular and singular(spec, found) else found
 
     parameters = dict(values.parameters)
     start = State(parameters, spec.solve.start or 0.0, tuple(values.q), tuple(values.v))
-    reached = [State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values)]
+    regular = not singular(spec, start)
+    moving = (State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values))
+    reached = [one for state in moving if (one := bound(state)) is not None]  # events may set parameters
     others = [*reached, *sides(residual.model, [start, *reached], bound)]
     return verify(derived.equations, compiled_values(residual), start, others, direct, bound)
 

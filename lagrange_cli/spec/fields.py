@@ -268,7 +268,7 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
     hint = "a name begins with a letter and has only letters, digits and _"
     if name in WORDS:
         hint = f"'{name}' is a word of expressions: call it {name}_ or another name"
-    forgotten = re.fullmatch(r"([^\W\d]\w*)\s*[ =]\s*([-+.\d]\S*)", key.text)
+    forgotten = re.fullmatch(r"([^\W\d]\w*)\s*[ =:]\s*([-+.\d]\S*)", key.text)
     united = re.fullmatch(r"([^\W\d]\w*)\s*\((.*)\)", key.text)
     if united and is_unit(united[2]):
         problems.broken.add(united[1])
@@ -282,7 +282,7 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
     if forgotten:
         problems.broken.add(forgotten[1])
         value = f"{{initial: {forgotten[2]}}}" if what == "coordinate" else forgotten[2]
-        hint = f"write {forgotten[1]}: {value}"
+        hint = f"write {forgotten[1]}: {value}" + (", with a space" if ":" in key.text else "")
     problems.add(key.place, f"the {what} cannot be called {shown(key.text)}", hint)
     return None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
-from lagrange_cli.expression.confusions import VELOCITIES
+from lagrange_cli.expression.confusions import VELOCITIES, spin_component
 from lagrange_cli.expression.near import known_hint
 from lagrange_cli.expression.syntax import ExpressionError, Name, Number
 from lagrange_cli.expression.vocabulary import (
@@ -19,7 +19,7 @@ from lagrange_cli.expression.vocabulary import (
     member_name,
     velocity_name,
 )
-from lagrange_cli.spec.kinds import Kind, Meaning, Rule
+from lagrange_cli.spec.kinds import CONFIGURATION, Kind, Meaning, Rule
 
 
 def constraint_itself(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
@@ -37,7 +37,10 @@ def not_allowed(name: Name, meaning: Meaning, base: str, kind: Kind, rule: Rule)
     via = ""
     if meaning.what is Kind.DEFINITION and kind is not Kind.DEFINITION:
         via = f", which depends on {'t' if kind is Kind.TIME else f'a {kind.value}'},"
-    return ExpressionError(name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", rule.hint)
+    hint = rule.hint
+    if meaning.what in (Kind.PARTICLE, Kind.BODY) and rule.allowed == CONFIGURATION and not via:
+        hint += "; name the vector under 'definitions', and use that name in both"
+    return ExpressionError(name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", hint)
 
 
 def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:
@@ -85,6 +88,10 @@ def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> 
     if component in VELOCITIES and meaning.what in (Kind.PARTICLE, Kind.BODY):
         velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
         hint = f"write ({velocity}) for its velocity"
+    spin = spin_component(component) if meaning.what is Kind.BODY else None
+    if spin is not None:
+        axes, own = (", ".join(f"{label}.{one}" for one in names) for names in (SPACE_SPIN, BODY_SPIN))
+        hint = f"write {label}.{spin}" if spin else f"write ({axes}), or ({own}) along the axes of the body"
     return ExpressionError(
         name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
     )

@@ -234,6 +234,8 @@ class Names(Meanings):
             allowed = self.rules[section].allowed
             broken = self.problems.broken  # one message is enough for a name that has not been declared
             unknown = Unknown(self.table, self.bound, allowed, expression.indices, broken, self.ranged)
+            if section == "observables":
+                unknown = replace(unknown, observed=True)
             raise ExpressionError(name.span, *unknown.report(base))
         rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]

@@ -38,9 +38,7 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
         names.problems.add_once(
             expression.place,
             f"expected a scalar in {where}, found a vector",
-            f"write a list, [{', '.join(vector_items(expression))}]; or write vectors under 'definitions'"
-            if section == "parameters"
-            else vector_hint(names, expression),
+            vector_hint(names, expression, section),
         )
         names.problems.distrust(expression.tree)
     return kinds
@@ -53,9 +51,14 @@ def vector_items(expression: Expression) -> list[str]:
     return [expression.text[one.span.start : one.span.stop] for one in items] or ["1", "2"]
 
 
-def vector_hint(known: Names, expression: Expression) -> str:
+def vector_hint(known: Names, expression: Expression, section: str = "") -> str:
     """How a scalar is made of the vectors of an expression."""
     tree = expression.tree
+    if isinstance(tree, Vector) and len(tree.items) == 1:
+        return "leave out the comma at the end"
+    if section == "parameters":
+        items = ", ".join(vector_items(expression))
+        return f"write a list, [{items}]; or write vectors under 'definitions'"
     vectors = [one for one in plain_names(tree) if isinstance(known.values.get(one), tuple)]
     for one in sorted(vectors):
         components = any(name.identifier.startswith(f"{one}.") for name in names(tree))

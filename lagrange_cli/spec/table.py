@@ -173,14 +173,14 @@ def _unknown_key(
     """Report an unknown key. Returns the key that was meant, or nothing. ``written`` are the keys that there
     are, ``above`` is the known one before it if that has no value."""
     text = key.text
-    name, equals, rest = (part.strip() for part in text.partition("="))
+    name, equals, rest = (part.strip() for part in text.partition("=" if "=" in text else ":"))
     begun = re.match(r"(\w+)\s*:?\s*([{[].*)", text)
     if begun and begun[1] in table.by_word:  # masses {bob: 1}
         problems.broken |= {*re.findall(r"[^\W\d]\w*", begun[2])}
         rest = key.passage.source.line(key.place.line - 1).partition(begun[1])[2].lstrip(" :")
         meant, hint = "", f"write '{begun[1]}: {rest.strip()}', with a colon and a space"
     elif equals and name in table.by_word:
-        meant, hint = "", f"write {name}: {rest}"
+        meant, hint = "", f"write {name}: {rest}" + (", with a space" if equals == ":" else "")
     elif not table.name and "lagrangian" in written and is_energy(text, table):
         problems.broken.add(text)
         meant, hint = "", f"write it under 'definitions', as in 'definitions: {{{text}: ...}}'"

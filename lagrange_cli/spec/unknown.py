@@ -9,6 +9,7 @@ from lagrange_cli.expression.confusions import (
     FORCES,
     MULTIPLIERS,
     NAMES,
+    QUANTITIES,
     VELOCITIES,
     parameter_example,
     rate_of,
@@ -38,8 +39,8 @@ class Unknown:
     """The names that an expression may contain: ``table`` by name, ``bound`` by the name of a constraint.
 
     ``allowed`` are the kinds that may stand in its section, ``indices`` those of its family. If ``ranged``, a
-    name may be given a range instead of being declared. Names that are like no other are added to
-    ``undeclared``.
+    name may be given a range instead of being declared. If ``observed``, there may be an output with the
+    values of an energy. Names that are like no other are added to ``undeclared``.
     """
 
     table: Mapping[str, Meaning]
@@ -48,6 +49,7 @@ class Unknown:
     indices: Mapping[str, int]
     undeclared: set[str]
     ranged: bool = False
+    observed: bool = False
 
     def report(self, name: str) -> tuple[str, str]:
         """The message for an unknown name, and a hint."""
@@ -63,6 +65,9 @@ class Unknown:
             return f"the acceleration '{name}' cannot be used", "the equations of motion determine it"
         if order:
             return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
+        if self.observed and name in QUANTITIES:
+            output, what = QUANTITIES[name]
+            return message, f"--outputs {output} writes the {what}; or add {name} to the parameters"
         if name in NAMES:
             return message, f"write {NAMES[name]}"
         if hint := self._of_particle(name) or self._other_notation(name) or self._run_together(name):

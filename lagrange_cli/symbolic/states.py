@@ -142,6 +142,8 @@ SETTLED = 1e-13
 """Newton's method has arrived where its step is as small as this beside the coordinates."""
 DEPENDENT = 1e-9
 """Directions in which constraints change so little, relative to others, are none."""
+FOLDED = 1e-6
+"""A state that Newton's method has moved to one where two closures meet is this far from it."""
 
 
 def admissible(spec: Spec, state: State) -> State | None:
@@ -168,6 +170,19 @@ def admissible(spec: Spec, state: State) -> State | None:
     if not worst <= DEPENDENT * (1.0 + np.abs(v).max()):
         return None
     return replace(state, q=tuple(q.tolist()), v=tuple(v.tolist()))
+
+
+def singular(spec: Spec, state: State) -> bool:
+    """Whether the constraints depend on each other at a state, or almost: as where a linkage is folded."""
+    if not spec.all_constraints:
+        return False
+    try:
+        slopes = np.array([one.slopes for one in bound(spec, state, np.array(state.q), np.array(state.v))])
+        lengths = np.linalg.norm(slopes, axis=1, keepdims=True)
+        found = np.linalg.svd(slopes / np.where(lengths, lengths, 1.0), compute_uv=False)
+    except (ArithmeticError, ValueError, SpecError, np.linalg.LinAlgError):
+        return True
+    return len(slopes) > slopes.shape[1] or bool(found.min() <= FOLDED * found.max())
 
 
 def bound(spec: Spec, state: State, q: np.ndarray, v: np.ndarray) -> list[Bound]:

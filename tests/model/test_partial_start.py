@@ -199,3 +199,28 @@ def test_a_length_that_is_to_be_0_is_refused_for_what_it_is(constraint, function
     assert problem.message == (
         f"constraint 'joint' has no derivative where it is satisfied: {function}(...) is 0 there"
     )
+
+
+ARMS = """
+parameters: {L: 3, s: 1, d: 1}
+coordinates: {ax: {}, ay: {initial: 0.4}, bx: {}, by: {}, cx: {}, cy: {}}
+masses: {A: 1, B: 1, C: 1}
+positions: {A: [ax, ay], B: [bx, by], C: [cx, cy]}
+constraints:
+  crank: (ax - d)**2 + ay**2 - d**2
+  b: bx**2 + by**2 - L**2
+  c: cx**2 + cy**2 - L**2
+  ab: norm(B - A) - s
+  ac: norm(C - A) - s
+"""
+
+
+def test_a_linkage_out_of_reach_is_refused_before_its_singular_end_is_approached_from_everywhere(monkeypatch):
+    """The only consistent states have A at (2, 0), where both arms are folded, and slopes are dependent."""
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=3000000")
+    with pytest.raises(SpecError) as caught:
+        start(ARMS)
+    first = caught.value.problems[0]
+    assert first.line == 3 and "no value of ax, bx, by, cx" in first.message
+    (found,) = numbers(r"ax = (\S+), ay = (\S+), bx = (\S+), by = (\S+),", first.hint)
+    np.testing.assert_allclose(found, [2, 0, 3, 0], atol=1e-3)

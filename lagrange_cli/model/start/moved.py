@@ -29,6 +29,9 @@ IDLE = 20
 """Searches in a row without another state, after which there are no others."""
 FLAT = 1e-12
 """The part of its scale that is left of a coordinate that is 0, where the distance hardly changes with it."""
+CRAWLS = 3
+"""Searches that end before they arrive, and are more by this than others, after which there are no more. A
+linkage that is stretched as far as it goes is singular: it is approached slowly from everywhere."""
 TURNS = 3
 """Searches in the masses at the place that was found."""
 ASIDE, SIDES = 0.5, 4
@@ -107,10 +110,10 @@ def equally_near(
     )
     if free:
         places = begins(search, x, scale, part or ASIDE, found)
-    idle = 0
+    idle, crawls = 0, 0
     with portion(MOST if free else 2 * sides(x)) as work:
         for done, begin in enumerate(places):
-            if idle > IDLE:
+            if idle > IDLE or crawls >= CRAWLS:
                 break
             work.reach(done)
             idle += 1
@@ -118,13 +121,15 @@ def equally_near(
                 kept = independent(surface.at(begin)[1], scale, typical)
                 aside = replace(surface, kept=kept)
                 one = aside.nearest(x, begin)
+                if one is not None:
+                    crawls += 1 if aside.slide(x, one)[1] > SAME else -1
                 one = one and plain(aside, one, free)
                 new = one is not None and all(far(one, other, scale) > SAME for other in found)
                 if one is not None and new and off(one) <= NEAR:
                     found.append(one)
                     idle = 0
     gaps = [surface.gap(x, one) for one in found]
-    if free:
+    if free and crawls < CRAWLS:
         own = [in_own_metric(search, surface, x, one) for one in found]
         gaps, found = [gap for gap, _ in own], [one for _, one in own]
     metric = surface.metric or surface.masses

@@ -130,17 +130,29 @@ def read_orientation(node: Node, where: str, problems: Problems) -> Orientation 
             problems.add(given.place, f"the sequence of {where} belongs to Euler angles", "leave it out")
         elif not is_sequence(sequence):
             problems.add(
-                given.place,
-                f"'{sequence}' is not a sequence of axes in {where}",
-                "write three axes, neighbours different, such as zxz, zyx or xyz",
+                given.place, f"'{sequence}' is not a sequence of axes in {where}", _meant_sequence(sequence)
             )
     label = f"{form} of {where}"
     if form == "matrix" and isinstance(value, nodes.Sequence):
         entries = square(value, label, problems)
     else:
         count = 4 if form == "quaternion" else 3
-        entries = components(value, label, problems, (count,), f"write {FORMS[form]}")
+        rest = ", with 0 for the angles that are not needed" if form == "euler" else ""
+        entries = components(value, label, problems, (count,), f"write {FORMS[form]}{rest}")
     return None if entries is None else Orientation(form, sequence, entries, value.place)
+
+
+def _meant_sequence(text: str) -> str:
+    """A hint for what is no sequence of axes: ``ZXZ`` and ``313`` mean one, ``z`` a turn about one axis."""
+    axes = text.lower().translate(str.maketrans("123", "xyz"))
+    if is_sequence(axes):
+        return f"write {axes}"
+    others = [axis for axis in "zxy" if axis not in axes]
+    if len(axes) in (1, 2) and is_sequence(axes + (axes[0] if len(axes) == 2 else others[0] + axes[:1])):
+        whole = axes + (axes[0] if len(axes) == 2 else others[0] + axes)
+        angles = ", ".join(["a", "b"][: len(axes)] + ["0", "0"][len(axes) - 1 :])
+        return f"write {{euler: [{angles}], sequence: {whole}}}"
+    return "write three axes, neighbours different, such as zxz, zyx or xyz"
 
 
 def is_sequence(text: str) -> bool:
