@@ -213,3 +213,30 @@ def test_a_matrix_that_is_no_rotation_is_refused_at_its_place() -> None:
     )
     with pytest.raises(SpecError, match=r"body 'top\[0\]' is not a rotation: columns 1 and 2"):
         systems.any_family_system(read_spec(text, "tops.yaml"))
+
+
+DIMERS = """
+sizes: {{N: {count}}}
+parameters: {{a: 0.3}}
+coordinates:
+  x[i in range(N)]: {{initial: 2*(i % 6), velocity: 0.3*sin(i)}}
+  y[i in range(N)]: {{initial: 2*(i // 6), velocity: 0.3*cos(i)}}
+  th[i in range(N)]: {{initial: i, velocity: 0.5}}
+bodies:
+  d[i in range(N)]:
+    {{mass: 1, inertia: [0.1, 0.1, 0.1], position: "[x[i], y[i], {height}]",
+      orientation: {{euler: ["th[i]", 0, 0], sequence: zxz}}}}
+potential: >-
+  sum(1/norm(d[i].at((2*s - 1)*a, 0, 0) - d[j].at((2*r - 1)*a, 0, 0))**12
+      for i in range(N) for j in range(i) for s in range(2) for r in range(2))
+"""
+
+
+@pytest.mark.parametrize("height", ["0", "i/99", "x[i]/9"])
+def test_pairs_of_points_of_few_bodies_are_read_at_once(height: str) -> None:
+    """However many terms the sum has if it is written out; numbers among the components of positions are
+    known for each of the bodies."""
+    for count in 12, 30:
+        spec = read_spec(DIMERS.format(count=count, height=height), "dimers.yaml")
+        found = systems.family_system(spec)
+        assert found is not None and found.bodies, (count, height)
