@@ -33,6 +33,7 @@ from lagrange_cli.families.arrays import (
 )
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import Group, components
+from lagrange_cli.families.shifted_chains import shifted
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
@@ -52,6 +53,8 @@ class ChainBuilder(FamilyBuilder):
     def __init__(self, spec: Spec, algebra: GraphAlgebra | None = None) -> None:
         self._growing: list[Growing] = []
         self._chains: dict[Group, tuple[Chain, ...] | None] = {}
+        self._shifts: dict[Chain, Sequence[Term]] = {}
+        """How far chains are before their members (``shifted_chains``)."""
         self._running: dict[int, tuple[Sum, tuple[Chain, ...]]] = {}
         self._summed: dict[tuple[Group, int], tuple[Node, ...] | None] = {}
         self._begun: dict[tuple[Chain, Node], Chain] = {}
@@ -66,7 +69,21 @@ class ChainBuilder(FamilyBuilder):
         arrays = self.chained(group)
         if arrays is None:
             return super().member(group, which, domain)
-        return together(self.slots.symbol(domain, one, which) for one in arrays)
+        return together(self.on(one, which, domain) for one in arrays)
+
+    def on(self, chain: Chain, which: Places, domain: Domain) -> Node:
+        """Some members of a chain."""
+        node: Node = self.slots.symbol(domain, chain, which)
+        shifts = self._shifts.get(chain, ())
+        kinds, at = (np.full(chain.count, NONE, dtype=np.int64) for _ in range(2))
+        for k, one in enumerate(shifts):
+            kinds[one.targets], at[one.targets] = k, np.arange(one.domain.count)
+        mine = kinds[which]
+        if np.any(mine != mine[:1]):
+            raise Differ(mine)
+        if not len(mine) or mine[0] == NONE:
+            return node
+        return node - placed(self.slots, shifts[mine[0]].node, domain, at[which])
 
     def chained(self, group: Group) -> tuple[Chain, ...] | None:
         """The members of a group that follow from one another; None if they do not, or otherwise."""
@@ -102,8 +119,11 @@ class ChainBuilder(FamilyBuilder):
                     terms[k].append(Term(domain, part, which))
         made = []
         for one, up in zip(terms, parents):
-            chain = self.added(group.count, merged(self.slots, one), tree_of(up))
+            tree = tree_of(up)
+            steps, shifts = shifted(self.slots, self.q, one, tree)
+            chain = self.added(group.count, merged(self.slots, steps), tree)
             assert isinstance(chain, Chain)
+            self._shifts[chain] = shifts
             made.append(chain)
         return tuple(made)
 
