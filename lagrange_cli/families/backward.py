@@ -60,8 +60,9 @@ class Reversal:
             loose = None if modes.loose is None else self.of(modes.loose)
             locks = modes.locks and replace(modes.locks, other=self.of(modes.locks.other))
             modes = replace(
-                modes, arguments=self.of(modes.arguments), limits=limits, loose=loose, locks=locks
-            )
+                modes, arguments=self.of(modes.arguments), limits=limits, loose=loose, locks=locks,
+                errors=None if modes.errors is None else self.of(modes.errors),
+            )  # fmt: skip
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,

@@ -109,6 +109,8 @@ class Held:
     """The modes of lengths of vectors, each with the coordinates that it holds."""
     beside: Total | None = None
     """The components of each of these vectors, and of the force that holds it."""
+    errors: Total | None = None
+    """The rounding errors of accelerations by friction along them."""
 
 
 def holds(system: FamilySystem, one: Friction, moving: int) -> bool:

@@ -185,6 +185,7 @@ class Switching(Switched):
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
                 placed=self.placed, locks=held.locks, vectors=held.vectors, beside=held.beside,
+                errors=held.errors,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),

@@ -1,9 +1,10 @@
 """Dry friction along vectors: forces with u/|u|, of velocities u that become 0 together.
 
-Each component of u is the velocity of one coordinate. While u is not 0, its mode is 1, and
-the forces have series. Where it is 0 the coordinates are held, with mode 0, as long as what else acts on them
+Each component of u is the velocity of one coordinate less that of what it rubs on, which places and t say
+(a belt, a turntable). While u is not 0, its mode is 1, and the forces have series. Where it is 0 the coordinates are held, with mode 0, as long as what else acts on them
 is less than the limit of friction (see ``mechanics.guards.vectors``). With M diagonal there is nothing to
-solve: the acceleration of each coordinate is the square of the mode times the force. While a vector is held,
+solve: the acceleration of each coordinate is what the force gives, times the square of the mode, and that of
+what it rubs on while the mode is 0. While a vector is held,
 roots of its square have the value 1, so that no number is infinite.
 """
 
@@ -39,7 +40,8 @@ DIRECTIONS = (
 class Along:
     """Friction along a ``vector`` of each member of a ``domain``, whose ``length`` decides its mode; the
     ``rows`` of its coordinates, of each component those of all members. Friction is the ``limit`` times a
-    component, over the length, times one of ``ratios``."""
+    component, over the length, times one of ``ratios``. The components are velocities less those of ``belts``,
+    whose ``rates`` the coordinates have while it is held."""
 
     domain: Domain
     vector: Vector
@@ -47,6 +49,8 @@ class Along:
     rows: Sequence[Places]
     limit: Node
     ratios: Sequence[Node]
+    belts: Sequence[Node]
+    rates: Sequence[Node]
 
 
 def has_direction(slots: Slots, node: Node, speeds: Iterable[Node]) -> bool:
@@ -82,8 +86,10 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     """Friction along one vector in the terms that have it."""
     slots, graph, (_, vector) = system.slots, system.slots.graph, listed[0]
     own = [slots.of[pivot] for pivot in vector.pivots]
-    if vector.parts != vector.pivots or any(one.array is not system.v for one in own):
-        raise Unsuited(*DIRECTIONS)  # few digits are known of a difference of velocities
+    belts = [pivot - part for part, pivot in zip(vector.parts, vector.pivots)]
+    if any(one.array is not system.v for one in own):
+        raise Unsuited(*DIRECTIONS)
+    rates = [rate_of(system, one, listed[0][0].domain) for one in belts]
     if any(one.symbols & moving for one in vector.weights):
         raise Unsuited(*DIRECTIONS)
     slopes = [graph.zero] * len(own)
@@ -108,7 +114,21 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     ):
         raise Unsuited(*DIRECTIONS)  # the limit depends on which way another friction acts
     length = graph.power(vector.square, graph.constant(0.5))
-    return Along(listed[0][0].domain, vector, length, [one.table for one in own], -slopes[0], ratios)
+    rows = [one.table for one in own]
+    return Along(listed[0][0].domain, vector, length, rows, -slopes[0], ratios, belts, rates)
+
+
+def rate_of(system: FamilySystem, node: Node, domain: Domain) -> Node:
+    """The rate of an expression of places and t. Raises ``Unsuited`` where it is made of something else that
+    moves."""
+    slots, graph = system.slots, system.slots.graph
+    found = graph.diff(node, system.time)
+    for symbol, slot in slots.inside(node):
+        if slot.array is system.q:
+            found = found + graph.diff(node, symbol) * slots.symbol(domain, system.v, slot.table)
+        elif slots.moving(symbol, {system.q, system.v}) or slots.moving(symbol, {system.time}):
+            raise Unsuited(*DIRECTIONS)
+    return found
 
 
 def refuse_elsewhere(

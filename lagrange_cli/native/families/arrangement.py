@@ -207,6 +207,9 @@ class Arrangement:
             if self.rounded is not None:
                 self.rounded = self.lasting.arranged(self.rounded, kept=False)
                 self.held = AtAState(system, self.lasting) if pulled else None
+        self.blurred = self.modes and self.modes.errors
+        if self.blurred and stepping and kind.parts == 1:
+            self.blurred = self.lasting.arranged(self.blurred, kept=False)
         self.shaken: Balance | None = None
         """The same of joints, which move by them, with these ``signs``."""
         self.signs = Array(Source.TOTAL, self.degrees)
