@@ -199,7 +199,7 @@ class Switching(Switched):
         found = [
             self.numbers[1][one.term.domain, one.argument]
             for one in self.friction
-            if self.slots.moving(one.argument, {self.system.q})
+            if not self.slots.moving(one.argument, {self.system.v})
         ]
         return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
@@ -239,7 +239,9 @@ class Switching(Switched):
             return locked(system, self.friction, others, applied, *given)
         slopes = self.of(system.slopes)
         rest = Rest(others, applied, slopes)
-        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen)
+        return held(
+            system, self.friction, rest, self.modes, self.numbers[1], self.frozen, self.decisions
+        )
 
     def _held_together(self) -> Held:
         """The forces where friction may hold coordinates to each other."""

@@ -19,6 +19,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.families.arrays import Domain, Slots, Term
+from lagrange_cli.families.switching.friction import rate_at_rest
 from lagrange_cli.mechanics.guards.vectors import held
 from lagrange_cli.mechanics.switching.lengths import Vector, bases, completed
 from lagrange_cli.records import dataclass
@@ -89,7 +90,7 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     belts = [pivot - part for part, pivot in zip(vector.parts, vector.pivots)]
     if any(one.array is not system.v for one in own):
         raise Unsuited(*DIRECTIONS)
-    rates = [rate_of(system, one, listed[0][0].domain) for one in belts]
+    rates = [rate_at_rest(system, -one, listed[0][0].domain) for one in belts]
     if any(one.symbols & moving for one in vector.weights):
         raise Unsuited(*DIRECTIONS)
     slopes = [graph.zero] * len(own)
@@ -116,19 +117,6 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     length = graph.power(vector.square, graph.constant(0.5))
     rows = [one.table for one in own]
     return Along(listed[0][0].domain, vector, length, rows, -slopes[0], ratios, belts, rates)
-
-
-def rate_of(system: FamilySystem, node: Node, domain: Domain) -> Node:
-    """The rate of an expression of places and t. Raises ``Unsuited`` where it is made of something else that
-    moves."""
-    slots, graph = system.slots, system.slots.graph
-    found = graph.diff(node, system.time)
-    for symbol, slot in slots.inside(node):
-        if slot.array is system.q:
-            found = found + graph.diff(node, symbol) * slots.symbol(domain, system.v, slot.table)
-        elif slots.moving(symbol, {system.q, system.v}) or slots.moving(symbol, {system.time}):
-            raise Unsuited(*DIRECTIONS)
-    return found
 
 
 def refuse_elsewhere(
