@@ -66,15 +66,15 @@ def held_along(
     beside, (order, begins) = list[Term](), places_of(listed)
     for one in listed:
         domain, along, mode, squares = one.along.domain, one.along, one.mode, graph.zero
-        own = begins[one.numbers]
+        own, sticks = begins[one.numbers], 1.0 - mode * mode
         for i, row in enumerate(along.rows):
             whole, given, slope = (
                 slots.symbol(domain, total, row) for total in (acting.forces, acting.applied, acting.slopes)
             )
             taken = slots.symbol(domain, system.masses, row) * along.rates[i]
-            forces.append(Term(domain, mode * mode * whole + (1.0 - mode * mode) * taken, row))
-            balanced.append(Term(domain, mode * mode * given + (1.0 - mode * mode) * (slope + taken), row))
-            force = (whole - taken) / along.ratios[i]
+            forces.append(Term(domain, mode * mode * whole + sticks * taken, row))
+            balanced.append(Term(domain, mode * mode * given + sticks * (slope + taken), row))
+            force = sticks * (whole - taken) / along.ratios[i]
             squares = squares + along.vector.weights[i] * force * force
             if any(not belt.is_zero for belt in along.belts):
                 part = along.ratios[i] * rounded(system, along) / slots.symbol(domain, system.masses, row)

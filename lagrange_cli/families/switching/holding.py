@@ -92,7 +92,8 @@ def held(
     forces += carried
     balanced += carried
     return Held(
-        modes=holding.modes, limits=replace(limits, terms=(*limits.terms, *taken)), other=other, forces=total_of(count, forces, slots.graph),
+        modes=holding.modes, limits=replace(limits, terms=(*limits.terms, *taken)), other=other,
+        forces=total_of(count, forces, slots.graph),
         applied=total_of(count, balanced, slots.graph),
     )  # fmt: skip
 

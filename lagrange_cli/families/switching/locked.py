@@ -38,10 +38,9 @@ def locked(
     """The forces of chains and trees with friction that is ``listed``, beside ``others``; ``applied`` is all
     that is, with modes."""
     slots, graph, count = system.slots, system.slots.graph, system.q.count
-    for one in listed:
-        if slots.moving(one.argument, {system.v}):
-            if not rate_at_rest(system, one.argument, one.term.domain).is_zero:
-                raise Unsuited(*CARRIED)
+    fast = [one for one in listed if slots.moving(one.argument, {system.v})]
+    if any(not rate_at_rest(system, one.argument, one.term.domain).is_zero for one in fast):
+        raise Unsuited(*CARRIED)
     holding = holding_of(system, listed, numbers, modes)
     resting, free, own = holding.resting, holding.free, holding.own
     still, moving = Domain(len(resting)), Domain(len(free))

@@ -239,9 +239,7 @@ class Switching(Switched):
             return locked(system, self.friction, others, applied, *given)
         slopes = self.of(system.slopes)
         rest = Rest(others, applied, slopes)
-        return held(
-            system, self.friction, rest, self.modes, self.numbers[1], self.frozen, self.decisions
-        )
+        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen, self.decisions)
 
     def _held_together(self) -> Held:
         """The forces where friction may hold coordinates to each other."""

@@ -1,11 +1,11 @@
 """Dry friction along vectors: forces with u/|u|, of velocities u that become 0 together.
 
-Each component of u is the velocity of one coordinate less that of what it rubs on, which places and t say
-(a belt, a turntable). While u is not 0, its mode is 1, and the forces have series. Where it is 0 the coordinates are held, with mode 0, as long as what else acts on them
-is less than the limit of friction (see ``mechanics.guards.vectors``). With M diagonal there is nothing to
-solve: the acceleration of each coordinate is what the force gives, times the square of the mode, and that of
-what it rubs on while the mode is 0. While a vector is held,
-roots of its square have the value 1, so that no number is infinite.
+Each component of u is the velocity of one coordinate, less that of what it rubs on as places and t say: a
+belt, a turntable. While u is not 0, its mode is 1, and the forces have series. Where it is 0 the coordinates
+are held, with mode 0, as long as what else acts on them is less than the limit of friction (see
+``mechanics.guards.vectors``). With M diagonal there is nothing to solve: the acceleration of each coordinate
+is what forces give where the mode is 1, and that of what it rubs on where the mode is 0. While a vector is
+held, roots of its square have the value 1, so that no number is infinite.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from lagrange_cli.families.description import FamilySystem
 
 DIRECTIONS = (
-    "friction along a vector u, u/norm(u), that is not a body's own velocity, or on chains, trees, or with "
-    "constraints",
+    "friction along a vector u, u/norm(u), that is not a body's own velocity, or that relative to a belt, or "
+    "on chains, trees, or with constraints",
     "write it with a speed below which it fades, as in u/sqrt(dot(u, u) + v0**2)",
     "forces",
 )
@@ -41,8 +41,8 @@ DIRECTIONS = (
 class Along:
     """Friction along a ``vector`` of each member of a ``domain``, whose ``length`` decides its mode; the
     ``rows`` of its coordinates, of each component those of all members. Friction is the ``limit`` times a
-    component, over the length, times one of ``ratios``. The components are velocities less those of ``belts``,
-    whose ``rates`` the coordinates have while it is held."""
+    component, over the length, times one of ``ratios``. Components are velocities less those of ``belts``,
+    whose ``rates`` the velocities have while it is held."""
 
     domain: Domain
     vector: Vector
@@ -88,7 +88,7 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     slots, graph, (_, vector) = system.slots, system.slots.graph, listed[0]
     own = [slots.of[pivot] for pivot in vector.pivots]
     belts = [pivot - part for part, pivot in zip(vector.parts, vector.pivots)]
-    if any(one.array is not system.v for one in own):
+    if any(one.array is not system.v for one in own) or any(slots.moving(x, {system.v}) for x in belts):
         raise Unsuited(*DIRECTIONS)
     rates = [rate_at_rest(system, -one, listed[0][0].domain) for one in belts]
     if any(one.symbols & moving for one in vector.weights):

@@ -18,7 +18,7 @@ HEAD = "define internal void @allow_directions(ptr %constants, ptr %state, ptr %
 
 def allow_directions(arrangement: Arrangement, state: StateLayout) -> str:
     """The text of the function, which adds to the ``%errors`` at the rows of velocities; none where no
-    friction acts along differences of velocities."""
+    friction acts along differences of velocities. (Steps on rates measure these errors.)"""
     errors, degrees = arrangement.blurred, arrangement.degrees
     if errors is None or arrangement.kind is not DoubleVectors:
         return ""

@@ -220,7 +220,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
             alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
-            directions=allow_directions(self, interface.inner),
+            directions="" if self.scheme else allow_directions(self, interface.inner),
         )  # fmt: skip
 
     @cached_property

@@ -189,7 +189,13 @@ class Steps(ABC):
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
         made += [self.noise.function()] if self.noise else []
-        texts = clear_function(), self.given.project, self.given.floors, self.given.static, self.given.directions
+        texts = (
+            clear_function(),
+            self.given.project,
+            self.given.floors,
+            self.given.static,
+            self.given.directions,
+        )
         return [*texts, *guards, *(f.text() for f in made)]
 
     def acceptance(self) -> list[Function]:
