@@ -34,8 +34,6 @@ MANY = 32
 """From so many guards on a vector of them is looked at together."""
 STOPPED = 2.0**-50, 2.0**-102
 """A vector is 0 but for rounding up to this part of the velocities that it is made of."""
-AROUND = 16.0
-"""Steps on rates may go back and forth about 0, with so many times their errors; then the vector stops."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
@@ -178,7 +176,7 @@ class GuardSearch:
                 row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
-        close = max(AROUND * self.close, STOPPED[self.layout.parts - 1])
+        close = max(self.close, STOPPED[self.layout.parts - 1])
         searched = Searched(rows, self.lengths, layout, self.interpolated)
         first_stopped(searched, f, close, earliest, which)
         for k, guard in enumerate(rows.guards):

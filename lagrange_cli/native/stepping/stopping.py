@@ -12,6 +12,9 @@ from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
 
+AROUND = 16.0
+"""Steps on rates may go to and fro about 0, with so many times their errors; then the vector stops."""
+
 
 @dataclass(frozen=True)
 class Searched:
@@ -42,6 +45,7 @@ def first_stopped(
     rows, lengths, listed = search.rows, search.lengths, stopping(search.rows)
     if not listed:
         return
+    part *= AROUND if search.interpolated else 1.0
     fastest = f.variable(f.zero(lengths.lanes))
     with lengths.velocities(f) as row:
         fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
