@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain, Total
-from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import replace
 
@@ -60,12 +62,26 @@ class Reversal:
             loose = None if modes.loose is None else self.of(modes.loose)
             locks = modes.locks and replace(modes.locks, other=self.of(modes.locks.other))
             modes = replace(
-                modes, arguments=self.of(modes.arguments), limits=limits, loose=loose, locks=locks
-            )
+                modes, arguments=self.of(modes.arguments), limits=limits, loose=loose, locks=locks,
+                beside=self._beside(modes), errors=None if modes.errors is None else self.of(modes.errors),
+            )  # fmt: skip
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,
         )  # fmt: skip
+
+    def _beside(self, modes: Modes) -> Total | None:
+        """The components of vectors along which friction acts, which are dx/ds less those of belts, and the
+        forces that hold them."""
+        if modes.beside is None:
+            return None
+        total, components = self.of(modes.beside), np.zeros(modes.beside.count, dtype=bool)
+        first = 0
+        for _, pivots in modes.vectors:
+            components[first : first + len(pivots)] = True
+            first += 2 * len(pivots)
+        terms = (replace(one, node=-one.node) if components[one.targets[0]] else one for one in total.terms)
+        return replace(total, terms=tuple(terms))
 
     def integrands(self, given: Mapping[str, tuple[Total, int]]) -> dict[str, tuple[Total, int]]:
         """The integrands over s that give integrals over t."""

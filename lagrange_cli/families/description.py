@@ -73,6 +73,8 @@ class Modes:
     """The modes of lengths of vectors, each with the coordinates that it holds."""
     beside: Total | None = None
     """The components of each of these vectors, and of the force that holds it."""
+    errors: Total | None = None
+    """The rounding errors of accelerations by friction along them."""
 
     @property
     def followed(self) -> tuple[Total, ...]:

@@ -167,8 +167,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
-    if method == MANY_BODIES and along_vectors(system):
-        return WrittenOut(f"friction along vectors with --method {method}", "use --method taylor")
     if system.smooth is not None and doubtful(system):
         passing = None if system.passes else passing_or_none(system)
         if passing is not None and not doubtful(passing):
@@ -267,11 +265,6 @@ def unproven(system: FamilySystem, compilation: Compilation) -> bool:
 def held(system: FamilySystem) -> bool:
     """Whether dry friction may hold coordinates."""
     return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.limits)
-
-
-def along_vectors(system: FamilySystem) -> bool:
-    """Whether dry friction along vectors may hold coordinates."""
-    return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.vectors)
 
 
 def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) -> bool:

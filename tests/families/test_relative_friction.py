@@ -231,7 +231,7 @@ def test_friction_between_members_in_double_double(monkeypatch: pytest.MonkeyPat
             "sum(F*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N)) + sum(abs(x_dot[i]) for i in range(N))",
             "circle",
         ),
-        ("sum(F*abs(x_dot[i] - x[i]) for i in range(N))", "jump"),
+        ("sum(F*abs(x_dot[i]*(1 + x[i]**2) - 1) for i in range(N))", "jump"),
     ],
 )
 def test_other_friction_goes_through_the_members(

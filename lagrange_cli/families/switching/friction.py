@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, placed
@@ -34,6 +35,11 @@ if TYPE_CHECKING:
 
 
 SEED, CHOICES, STATES = 1, 2, 16
+CARRIED = (
+    "friction along velocities relative to what moves as t or places say, between members or in joints",
+    "write a steep function that does not jump, such as tanh(100*u) for sign(u)",
+)
+"""What members are written out for, and how to do without."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +115,8 @@ class Held:
     """The modes of lengths of vectors, each with the coordinates that it holds."""
     beside: Total | None = None
     """The components of each of these vectors, and of the force that holds it."""
+    errors: Total | None = None
+    """The rounding errors of accelerations by friction along them."""
 
 
 def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
@@ -196,14 +204,37 @@ def masses_at_random(system: FamilySystem) -> Numbers:
 
 
 def linear_in(system: FamilySystem, argument: Node, moving: int) -> list[tuple[Node, Slot]]:
-    """The coordinates, or the velocities, that an argument is linear in; none where it is of another kind."""
+    """The coordinates, or the velocities, that an argument is linear in; none where it is of another kind.
+    Places and t may say how fast something is that velocities are relative to."""
     slots = system.slots
     inside = [(s, slot) for s, slot in slots.inside(argument) if s.symbols & moving]
     arrays = {slot.array for _, slot in inside}
-    if argument.symbols & system.time.symbols or arrays not in ({system.q}, {system.v}):
+    fast = system.v in arrays
+    if fast:
+        inside = [(s, slot) for s, slot in inside if slot.array is system.v]
+    if (argument.symbols & system.time.symbols and not fast) or not arrays <= {system.q, system.v}:
         return []
     constant = not any(slots.graph.diff(argument, s).symbols & moving for s, _ in inside)
     return inside if constant else []
+
+
+def rate_at_rest(system: FamilySystem, argument: Node, domain: Domain) -> Node:
+    """The rate that velocities have while they stay as an argument says that is linear in them: the opposite
+    of that of what else is in it. Raises ``Unsuited`` where that is made of sums that move."""
+    slots, graph, time = system.slots, system.slots.graph, system.time
+    found = graph.diff(argument, time)
+    for symbol, slot in slots.inside(argument):
+        if slot.array is system.q:
+            found = found + graph.diff(argument, symbol) * slots.symbol(domain, system.v, slot.table)
+        elif isinstance(slot.array, Total) and not lasts(system, slot.array):
+            raise Unsuited
+    return -found
+
+
+def lasts(system: FamilySystem, total: Total) -> bool:
+    """Whether a sum does not move."""
+    moving = system.time.symbols | system.slots.symbols_of(system.q, system.v)
+    return not any(one.symbols & moving for one in system.slots.made_of([t.node for t in total.terms]))
 
 
 def gate(slots: Slots, domain: Domain, modes: Array, numbers: Places) -> Node:

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
 
+ROUNDED = 2.0**-49
+"""The error of the direction of a difference of velocities, as part of these."""
+
+
 @dataclass(frozen=True, eq=False)
 class Rubbing:
     """Friction ``along`` vectors: the ``numbers`` of the modes of its members, and the ``mode`` that an
@@ -58,18 +62,23 @@ def held_along(
         [Term(others, slots.symbol(others, one, free), free)] for one in (acting.forces, acting.applied)
     )
     limits = [] if found is None else [*found.limits.terms]
+    errors = list[Term]()
     beside, (order, begins) = list[Term](), places_of(listed)
     for one in listed:
         domain, along, mode, squares = one.along.domain, one.along, one.mode, graph.zero
-        own = begins[one.numbers]
+        own, sticks = begins[one.numbers], 1.0 - mode * mode
         for i, row in enumerate(along.rows):
             whole, given, slope = (
                 slots.symbol(domain, total, row) for total in (acting.forces, acting.applied, acting.slopes)
             )
-            forces.append(Term(domain, mode * mode * whole, row))
-            balanced.append(Term(domain, mode * mode * given + (1.0 - mode * mode) * slope, row))
-            force = whole / along.ratios[i]
+            taken = slots.symbol(domain, system.masses, row) * along.rates[i]
+            forces.append(Term(domain, mode * mode * whole + sticks * taken, row))
+            balanced.append(Term(domain, mode * mode * given + sticks * (slope + taken), row))
+            force = sticks * (whole - taken) / along.ratios[i]
             squares = squares + along.vector.weights[i] * force * force
+            if any(not belt.is_zero for belt in along.belts):
+                part = along.ratios[i] * rounded(system, along) / slots.symbol(domain, system.masses, row)
+                errors.append(frozen(Term(domain, part, row)))
             beside.append(Term(domain, along.vector.parts[i], own + i))
             beside.append(Term(domain, force, own + (len(along.rows) + i)))
         most = frozen(Term(domain, along.limit * along.limit, along.rows[0])).node
@@ -83,7 +92,19 @@ def held_along(
         applied=total_of(count, balanced, graph), before=() if found is None else (found.other,),
         vectors=tuple((number, pivots[number]) for number in sorted(pivots)),
         beside=total_of(2 * sum(map(len, pivots.values())), beside, graph),
+        errors=total_of(count, errors, graph) if errors else None,
     )  # fmt: skip
+
+
+def rounded(system: FamilySystem, along: Along) -> Node:
+    """The error of friction whose direction is that of a difference of rounded velocities: the limit times
+    the sizes of these, over the length."""
+    graph, sizes = system.slots.graph, list[tuple[Node, float]]()
+    for pivot, belt in zip(along.vector.pivots, along.belts):
+        sizes += [(pivot * pivot, 1.0), (belt * belt, 1.0)]
+    most = graph.power(graph.sum(sizes), graph.constant(0.5))
+    found: Node = ROUNDED * along.limit * most / along.length
+    return found
 
 
 def places_of(listed: Sequence[Rubbing]) -> tuple[Places, Places]:

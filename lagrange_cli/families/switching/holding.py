@@ -15,7 +15,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.switching.friction import Friction, Held, Rest, gate
+from lagrange_cli.families.switching.friction import Decision, Friction, Held, Rest, gate, rate_at_rest
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, replace
@@ -67,9 +67,10 @@ def held(
     modes: Array,
     numbers: Mapping[tuple[Domain, Node], Places],
     frozen: Callable[[Term], Term],
+    decisions: Sequence[Decision],
 ) -> Held:
-    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``. One
-    coordinate may be held at several places."""
+    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes`` and what
+    decides them. One coordinate may be held at several places."""
     slots, count = system.slots, system.q.count
     holding = holding_of(system, listed, numbers, modes)
     resting, free, own = holding.resting, holding.free, holding.own
@@ -86,11 +87,41 @@ def held(
         force = frozen(term)
         moves = gate(slots, term.domain, modes, own[term.targets])
         forces.append(replace(force, node=moves * force.node))
+    limits = limits_of(slots, listed, holding, other, modes, numbers, frozen)
+    carried, taken = carried_along(system, holding, modes, decisions)
+    forces += carried
+    balanced += carried
     return Held(
-        modes=holding.modes, limits=limits_of(slots, listed, holding, other, modes, numbers, frozen),
-        other=other, forces=total_of(count, forces, slots.graph),
+        modes=holding.modes, limits=replace(limits, terms=(*limits.terms, *taken)), other=other,
+        forces=total_of(count, forces, slots.graph),
         applied=total_of(count, balanced, slots.graph),
     )  # fmt: skip
+
+
+def carried_along(
+    system: FamilySystem, holding: Holding, modes: Array, decisions: Sequence[Decision]
+) -> tuple[list[Term], list[Term]]:
+    """What accelerates coordinates as what they are held by, and what the limits lose by that."""
+    slots, graph = system.slots, system.slots.graph
+    row, order = (np.full(modes.count, NONE) for _ in range(2))
+    row[holding.modes], order[holding.modes] = holding.rows, np.arange(len(holding.rows))
+    forces, limits = list[Term](), list[Term]()
+    for one in decisions:
+        rate = graph.zero
+        if slots.moving(one.argument, {system.v}):
+            rate = rate_at_rest(system, one.argument, one.domain)
+        members = np.flatnonzero(row[one.modes] != NONE)
+        if rate.is_zero or not len(members):
+            continue
+        domain, numbers = Domain(len(members)), one.modes[members]
+        speeds = ((s, slot) for s, slot in slots.inside(one.argument) if slot.array is system.v)
+        slope = graph.sum([(graph.diff(one.argument, s), 1.0) for s, _ in speeds])
+        own = placed(slots, rate / slope, domain, members)
+        force = slots.symbol(domain, system.masses, row[numbers]) * own
+        sticks = 1.0 - gate(slots, domain, modes, numbers)
+        forces.append(Term(domain, sticks * force, row[numbers]))
+        limits += [Term(domain, -sign * force, 2 * order[numbers] + k) for k, sign in SIDES]
+    return forces, limits
 
 
 def holding_of(

@@ -15,10 +15,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem, Locks
-from lagrange_cli.families.switching.friction import Friction, Held, gate
+from lagrange_cli.families.switching.friction import CARRIED, Friction, Held, gate, rate_at_rest
 from lagrange_cli.families.switching.holding import by_term, holding_of, limits_of
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ def locked(
     """The forces of chains and trees with friction that is ``listed``, beside ``others``; ``applied`` is all
     that is, with modes."""
     slots, graph, count = system.slots, system.slots.graph, system.q.count
+    fast = [one for one in listed if slots.moving(one.argument, {system.v})]
+    if any(not rate_at_rest(system, one.argument, one.term.domain).is_zero for one in fast):
+        raise Unsuited(*CARRIED)
     holding = holding_of(system, listed, numbers, modes)
     resting, free, own = holding.resting, holding.free, holding.own
     still, moving = Domain(len(resting)), Domain(len(free))

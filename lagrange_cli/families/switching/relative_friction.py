@@ -18,7 +18,15 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.bonds import Bonds, Bound, responses_of
-from lagrange_cli.families.switching.friction import Decision, Friction, Held, gate, linear_in
+from lagrange_cli.families.switching.friction import (
+    CARRIED,
+    Decision,
+    Friction,
+    Held,
+    gate,
+    linear_in,
+    rate_at_rest,
+)
 from lagrange_cli.families.switching.stuck_joints import sticking_joints
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.switching.switches import switches
@@ -103,9 +111,12 @@ def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:
             continue
         domain = Domain(len(kept))
         node = placed(slots, one.argument, domain, kept)
-        inside = [one for one in slots.inside(node) if one[1].array in (system.q, system.v)]
+        fast = slots.moving(node, {system.v})
+        inside = [one for one in slots.inside(node) if one[1].array is (system.v if fast else system.q)]
         if not inside:
             raise Unsuited  # of a member relative to itself
+        if fast and not rate_at_rest(system, node, domain).is_zero:
+            raise Unsuited(*CARRIED)
         rows = tuple(slot.table for _, slot in inside)
         slopes = tuple(slots.graph.diff(node, symbol) for symbol, _ in inside)
         symbols = tuple(slots.symbol(domain, system.v, table) for table in rows)

@@ -185,6 +185,7 @@ class Switching(Switched):
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
                 placed=self.placed, locks=held.locks, vectors=held.vectors, beside=held.beside,
+                errors=held.errors,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
@@ -198,7 +199,7 @@ class Switching(Switched):
         found = [
             self.numbers[1][one.term.domain, one.argument]
             for one in self.friction
-            if self.slots.moving(one.argument, {self.system.q})
+            if not self.slots.moving(one.argument, {self.system.v})
         ]
         return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
@@ -238,7 +239,7 @@ class Switching(Switched):
             return locked(system, self.friction, others, applied, *given)
         slopes = self.of(system.slopes)
         rest = Rest(others, applied, slopes)
-        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen)
+        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen, self.decisions)
 
     def _held_together(self) -> Held:
         """The forces where friction may hold coordinates to each other."""

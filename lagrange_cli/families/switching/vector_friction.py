@@ -1,10 +1,11 @@
 """Dry friction along vectors: forces with u/|u|, of velocities u that become 0 together.
 
-Each component of u is the velocity of one coordinate. While u is not 0, its mode is 1, and
-the forces have series. Where it is 0 the coordinates are held, with mode 0, as long as what else acts on them
-is less than the limit of friction (see ``mechanics.guards.vectors``). With M diagonal there is nothing to
-solve: the acceleration of each coordinate is the square of the mode times the force. While a vector is held,
-roots of its square have the value 1, so that no number is infinite.
+Each component of u is the velocity of one coordinate, less that of what it rubs on as places and t say: a
+belt, a turntable. While u is not 0, its mode is 1, and the forces have series. Where it is 0 the coordinates
+are held, with mode 0, as long as what else acts on them is less than the limit of friction (see
+``mechanics.guards.vectors``). With M diagonal there is nothing to solve: the acceleration of each coordinate
+is what forces give where the mode is 1, and that of what it rubs on where the mode is 0. While a vector is
+held, roots of its square have the value 1, so that no number is infinite.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.families.arrays import Domain, Slots, Term
+from lagrange_cli.families.switching.friction import rate_at_rest
 from lagrange_cli.mechanics.guards.vectors import held
 from lagrange_cli.mechanics.switching.lengths import Vector, bases, completed
 from lagrange_cli.records import dataclass
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
     from lagrange_cli.families.description import FamilySystem
 
 DIRECTIONS = (
-    "friction along a vector u, u/norm(u), that is not a body's own velocity, or on chains, trees, or with "
-    "constraints",
+    "friction along a vector u, u/norm(u), that is not a body's own velocity, or that relative to a belt, or "
+    "on chains, trees, or with constraints",
     "write it with a speed below which it fades, as in u/sqrt(dot(u, u) + v0**2)",
     "forces",
 )
@@ -39,7 +41,8 @@ DIRECTIONS = (
 class Along:
     """Friction along a ``vector`` of each member of a ``domain``, whose ``length`` decides its mode; the
     ``rows`` of its coordinates, of each component those of all members. Friction is the ``limit`` times a
-    component, over the length, times one of ``ratios``."""
+    component, over the length, times one of ``ratios``. Components are velocities less those of ``belts``,
+    whose ``rates`` the velocities have while it is held."""
 
     domain: Domain
     vector: Vector
@@ -47,6 +50,8 @@ class Along:
     rows: Sequence[Places]
     limit: Node
     ratios: Sequence[Node]
+    belts: Sequence[Node]
+    rates: Sequence[Node]
 
 
 def has_direction(slots: Slots, node: Node, speeds: Iterable[Node]) -> bool:
@@ -82,8 +87,10 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     """Friction along one vector in the terms that have it."""
     slots, graph, (_, vector) = system.slots, system.slots.graph, listed[0]
     own = [slots.of[pivot] for pivot in vector.pivots]
-    if vector.parts != vector.pivots or any(one.array is not system.v for one in own):
-        raise Unsuited(*DIRECTIONS)  # few digits are known of a difference of velocities
+    belts = [pivot - part for part, pivot in zip(vector.parts, vector.pivots)]
+    if any(one.array is not system.v for one in own) or any(slots.moving(x, {system.v}) for x in belts):
+        raise Unsuited(*DIRECTIONS)
+    rates = [rate_at_rest(system, -one, listed[0][0].domain) for one in belts]
     if any(one.symbols & moving for one in vector.weights):
         raise Unsuited(*DIRECTIONS)
     slopes = [graph.zero] * len(own)
@@ -108,7 +115,8 @@ def along(system: FamilySystem, listed: Sequence[tuple[Term, Vector]], moving: i
     ):
         raise Unsuited(*DIRECTIONS)  # the limit depends on which way another friction acts
     length = graph.power(vector.square, graph.constant(0.5))
-    return Along(listed[0][0].domain, vector, length, [one.table for one in own], -slopes[0], ratios)
+    rows = [one.table for one in own]
+    return Along(listed[0][0].domain, vector, length, rows, -slopes[0], ratios, belts, rates)
 
 
 def refuse_elsewhere(

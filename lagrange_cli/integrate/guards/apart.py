@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stage:
-    """A node of a way: the time, and by how much places and velocities have changed; the ``sizes`` of the
-    vectors there."""
+    """A node of a way: the time, and by how much places and velocities have changed; by how much velocities
+    are changed, for each vector, to find how forces depend on them: ``nudges``."""
 
     t: float
     places: Array
     speeds: Array
-    sizes: Array
+    nudges: Array
 
 
 def unit_slopes(pivots: Sequence[Sequence[int]], count: int) -> Array:
@@ -42,14 +42,12 @@ def unit_slopes(pivots: Sequence[Sequence[int]], count: int) -> Array:
 @dataclass(frozen=True)
 class Newton:
     """A step of Newton's method for accelerations at the nodes of a way, which ``once`` integrates. Forces
-    depend on velocities as ``rates`` (t, places, speeds) says; how, is found by changes of ``nudged`` times
-    the sizes of the vectors with these ``pivots``."""
+    depend on velocities as ``rates`` (t, places, speeds) says; the vectors have these ``pivots``."""
 
     stages: Sequence[Stage]
     pivots: Sequence[Sequence[int]]
     once: Array
     rates: Callable[[float, Array, Array], Array]
-    nudged: float
 
     def _slope(self, stage: Stage, nudge: Array) -> Array:
         """By how much accelerations differ on both sides of the velocities there."""
@@ -67,9 +65,9 @@ class Newton:
         for i, stage in enumerate(self.stages):
             for p in range(width):
                 nudge = np.zeros(off.shape[1])
-                for one, size in zip(self.pivots, stage.sizes):
+                for one, size in zip(self.pivots, stage.nudges):
                     if p < len(one):
-                        nudge[one[p]] = self.nudged * size
+                        nudge[one[p]] = size
                 change = self._slope(stage, nudge)
                 for one, slope in zip(self.pivots, slopes):
                     if p < len(one):
@@ -90,7 +88,7 @@ class Newton:
         matrix = np.eye(STAGES * own)
         for i, stage in enumerate(self.stages):
             for k in range(own):
-                nudge = self.nudged * np.min(stage.sizes) * np.eye(own)[k]
+                nudge = np.min(stage.nudges) * np.eye(own)[k]
                 slope = self._slope(stage, nudge) / (2.0 * nudge[k])
                 for m in range(own):
                     matrix[i * own + m, k::own] -= self.once[i] * slope[m]

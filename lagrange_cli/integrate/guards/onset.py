@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.guards.apart import Newton, Stage, unit_slopes
+from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.collocation import STAGES, rule
 from lagrange_cli.integrate.guards.leading import Leading
 from lagrange_cli.native.guards import HELD
@@ -31,6 +32,8 @@ EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
+COARSE, KNOWN = 2.0**-1, 2.0**5
+"""The same where |u| is not much more than rounding: at most; and as many rounding errors of velocities."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +195,9 @@ class Onset(Leading):
         speeds = np.abs(origin[self._own])  # surfaces move with the time, which is rounded, too
         by_time = abs(origin[self._layout.time]) * np.max(np.abs(held.accelerations[:, 0])) / 8.0
         rounded = ROUNDED[parts - 1] * float(max(np.max(speeds), by_time))
+        vectors = [j for j in sliding if j in held.friction]
+        pivots = [self._rows.guards[j].pivots for j in vectors]
+        units = ROUNDED_OFF[parts - 1] * np.array([np.max(speeds[[*one]]) for one in pivots])
         once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
 
         def rates(t: float, places: Array, speeds: Array) -> Array:
@@ -207,12 +213,12 @@ class Onset(Leading):
             accelerations, stages = np.empty((STAGES, own)), list[Stage]()
             for i, one in enumerate(zip(times, places, speeds)):
                 accelerations[i] = rates(*one)[:own]
-                sizes = [self._speed_along(j, held) for j in sliding if j in held.friction]
-                stages.append(Stage(*one, np.array(sizes)))
+                sizes = np.array([self._speed_along(j, held) for j in vectors])
+                nudges = np.fmax(NUDGE * sizes, np.fmin(COARSE * sizes, KNOWN * units))
+                stages.append(Stage(*one, nudges))
             if not np.all(np.isfinite(accelerations)):
                 return None
-            pivots = [self._rows.guards[j].pivots for j in sliding if j in held.friction]
-            newton = Newton(stages, pivots, length * once, rates, NUDGE)
+            newton = Newton(stages, pivots, length * once, rates)
             change = (newton.apart if self._apart else newton.whole)(accelerations - found)
             if not np.all(np.isfinite(change)):
                 return None

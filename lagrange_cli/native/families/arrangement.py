@@ -208,6 +208,10 @@ class Arrangement:
             if self.rounded is not None:
                 self.rounded = self.lasting.arranged(self.rounded, kept=False)
                 self.held = AtAState(system, self.lasting) if pulled else None
+        self.blurred: Total | None = None
+        """The rounding errors of accelerations by friction along differences of velocities."""
+        if self.modes is not None and self.modes.errors is not None and stepping:
+            self.blurred = self.lasting.arranged(self.modes.errors, kept=False)
         self.shaken: Balance | None = None
         """The same of joints, which move by them, with these ``signs``."""
         self.signs = Array(Source.TOTAL, self.degrees)

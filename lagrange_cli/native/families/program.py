@@ -14,6 +14,7 @@ import numpy as np
 
 from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.coupling import of_families
+from lagrange_cli.native.families.directions import allow_directions
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
@@ -219,6 +220,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
             alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
+            directions="" if self.scheme else allow_directions(self, interface.inner),
         )  # fmt: skip
 
     @cached_property

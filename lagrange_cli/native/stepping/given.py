@@ -60,5 +60,8 @@ class Given:
     static: str = ""
     """The text of ``@allow_static(constants, state, errors)``, if forces may cancel at rest
     (``static_forces``)."""
+    directions: str = ""
+    """The text of ``@allow_directions(constants, state, errors)``, if forces have the directions of
+    differences of velocities, which may be small."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""

@@ -189,7 +189,13 @@ class Steps(ABC):
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
         made += [self.noise.function()] if self.noise else []
-        texts = clear_function(), self.given.project, self.given.floors, self.given.static
+        texts = (
+            clear_function(),
+            self.given.project,
+            self.given.floors,
+            self.given.static,
+            self.given.directions,
+        )
         return [*texts, *guards, *(f.text() for f in made)]
 
     def acceptance(self) -> list[Function]:
@@ -261,7 +267,7 @@ class Steps(ABC):
 
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
         """Whether the accelerations are those expected (``acceptance.accepted``), at least to the rounding
-        errors of those that are found together with them, and of forces that cancel."""
+        errors of those that are found together with them, of forces that cancel, and of their directions."""
         rates, allowed, low = self.expected(f)
         given = rates, allowed, uneven, slack, unexplained, floor
         more = (low, 1.0 / now.unit) if self.parts > 1 else ()
@@ -274,6 +280,8 @@ class Steps(ABC):
             good = again(f, good, accept, "allow_rounding", rates, allowed)
         if self.given.static:
             good = again(f, good, accept, "allow_static", *f.pointers("constants", "state"), allowed)
+        if self.given.directions:
+            good = again(f, good, accept, "allow_directions", *f.pointers("constants", "state"), allowed)
         return good
 
     # integrals

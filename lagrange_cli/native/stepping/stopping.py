@@ -12,6 +12,9 @@ from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
 
+AROUND = 16.0
+"""Steps on rates may go to and fro about 0, with so many times their errors; then the vector stops."""
+
 
 @dataclass(frozen=True)
 class Searched:
@@ -42,20 +45,23 @@ def first_stopped(
     rows, lengths, listed = search.rows, search.lengths, stopping(search.rows)
     if not listed:
         return
+    part *= AROUND if search.interpolated else 1.0
     fastest = f.variable(f.zero(lengths.lanes))
     with lengths.velocities(f) as row:
         fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
-    near = lengths.gather(f, "fmax", fastest.get()) * part
+    near, t = lengths.gather(f, "fmax", fastest.get()) * part, f.load("%state", search.layout.time)
     with f.loop(0, len(listed), tested=False) as i:
         k = f.load_integer("@stopping", i)
         slides = f.load("%state", k + rows.mode(search.layout)) > 0.0
         place = lengths.place(f, f.load_integer("@guard_rows", k))
-        with f.when(slides & (f.load(place, lengths.term) <= near)):
+        least = f.variable(near)
+        if search.interpolated:  # beside what it loses in all the time, too: the others may be at rest
+            change = f.constant(0.0)  # rates of values that are rounded are nothing
+            for m in reversed(range(2, lengths.order)):
+                change = f.fused(change, Real(f, "%h"), f.load(place, m * lengths.term) * float(m))
+            least.set(f.larger(near, f.magnitude(change * t) * part))
+        else:
             change = f.load(place, 2 * lengths.term)
-            if search.interpolated:  # rates of values that are rounded are nothing
-                change = f.constant(0.0)
-                for m in reversed(range(2, lengths.order)):
-                    change = f.fused(change, Real(f, "%h"), f.load(place, m * lengths.term) * float(m))
-            with f.when(change <= 0.0):
-                earliest.set(f.constant(0.0))
-                which.set(k)
+        with f.when(slides & (f.load(place, lengths.term) <= least.get())), f.when(change <= 0.0):
+            earliest.set(f.constant(0.0))
+            which.set(k)
