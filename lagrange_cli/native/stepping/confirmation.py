@@ -116,6 +116,8 @@ def take_back(at: Progress, step: Refused) -> None:
         at.leave(code, less, at.began.get())
     narrow = steps.agree(f, step.now, at.uneven.get(), f.constant(NOISY), at.no, step.floor) & regular
     at.copy(at.trial, at.state)
+    if steps.noise:
+        steps.noise.ask(f)
     if at.due is not None:  # a step that is stopped by a guard comes no nearer
         stopped = ~at.due.get().equals(NO_GUARD) & ~step.blind & (at.clock(Clock.GAP) > 0.0)
         with f.when(stopped & ~(at.length.get() < at.clock(Clock.GAP))):

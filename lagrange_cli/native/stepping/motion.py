@@ -32,6 +32,8 @@ from lagrange_cli.records import replace
 
 AT_REST = 2.0**-900
 """Where steps are proven, velocities below this do not limit them."""
+MANY = 8
+"""Accelerations that are found together from which on it is asked how much of them is rounding."""
 
 
 def again(f: Function, good: Bit, accept: Callable[[], Bit], allow: str, *given: Pointer) -> Bit:
@@ -100,7 +102,8 @@ class Steps(ABC):
         width = self.state.width
         first, last = whole_vectors(self.state.memory + 3 * width), width if self.parts > 1 else 0
         size = 0.5 * self.bounds.rounding
-        return Noise(self.lengths, width, self.state.errors, first, size, last, self.computed)
+        many = any(count >= MANY for _, count in self.given.coupled)
+        return Noise(self.lengths, width, self.state.errors, first, size, last, self.computed, many)
 
     def computed(self, f: Function, time: HighLow, unit: Real) -> Bit:
         """Compute the series of the state where they belong."""

@@ -8,6 +8,9 @@ themselves, so that what is small beside nothing but itself keeps all its digits
 only, and velocities are measured by what it changes them in a step. They are not measured by more, such as
 all that the terms which cancel change them: steps could be so long that the rounding errors of these terms,
 which grow with the exponential of their frequency times the step, are no longer small.
+
+Where many accelerations are found together, and a step is not accepted, they may differ by what rounding
+changes them, too, as relative angles of a chain are moved by forces on all links behind them.
 """
 
 from __future__ import annotations
@@ -53,7 +56,8 @@ class Noise:
 
     Coordinates and velocities change by the part ``size`` of them, in parts that are ``last`` rows behind.
     ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of
-    another one. It uses three arrays of the ``width`` of a state, from row ``first`` of ``%arrays`` on.
+    another one. It uses three arrays of the ``width`` of a state, from row ``first`` of ``%arrays`` on. If it
+    may be ``asked``, it is measured where no velocity is faint, too, once it is.
     """
 
     lengths: Lengths
@@ -63,6 +67,7 @@ class Noise:
     size: float
     last: int
     expand: Callable[[Function, HighLow, Real], object]
+    asked: bool = False
 
     def function(self) -> Function:
         """The function."""
@@ -71,7 +76,10 @@ class Noise:
         times = "REAL %t, REAL %low, REAL %unit, BIT %which"
         f = Function(f"define internal i1 @noise({places}, {times}) #0", motions)
         which = Bit(f, "%which", motions)
-        suspicious = self._faint(f) & which
+        suspicious = self._faint(f)
+        if self.asked:
+            suspicious = suspicious | (f.load("%state", self.place) < 0.0)
+        suspicious = suspicious & which
         self._clear(f, which)
         measured = f.any(suspicious)
         with f.when(measured):
@@ -89,6 +97,11 @@ class Noise:
     def due(self, f: Function) -> Bit:
         """Whether it is to be called at the beginning of a step."""
         return f.load("%state", self.place) <= 0.0
+
+    def ask(self, f: Function) -> None:
+        """Let it be measured before the next step, if it may be asked."""
+        if self.asked:
+            f.store(f.constant(-1.0), "%state", self.place)
 
     def count(self, f: Function, steps: Real | float = 1.0) -> None:
         """Count a step that was taken, or what ``steps`` there were of each motion."""
