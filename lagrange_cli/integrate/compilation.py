@@ -21,6 +21,7 @@ class Compilation:
     ``section`` is a kind of them (``native.interface``): what is kept of its motions are not samples at given
     times. With a ``factor``, the program is that of a companion (see ``native.numbers.beside``). Outputs that
     are ``optional`` are left out as far as they are not defined, or too large where others are not.
+    Observables that are there ``by_default`` are left out where they are not defined.
     """
 
     method: str
@@ -37,3 +38,9 @@ class Compilation:
     section: str = ""
     factor: int | None = None
     optional: frozenset[str] = frozenset()
+    by_default: bool = False
+
+    @property
+    def lenient(self) -> frozenset[str]:
+        """The outputs that need not be defined."""
+        return self.optional | {"observables"} if self.by_default else self.optional

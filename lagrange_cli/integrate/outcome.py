@@ -37,8 +37,9 @@ class Outcome:
     conserved, else None, ``h_size`` the size of the terms of h, and ``h_rounding`` what rounding of the last
     sample changes of h, 0 if unknown, or if the drift is small beside the size. ``p_drift`` is the drift of
     each conserved momentum, by coordinate. What actions of events have added to them is no drift.
-    ``undetected`` and ``left_out`` are those of the ``Recording``, ``unknown`` the datasets with samples that
-    are not finite, and the time of the first of these. ``happened`` has the record of each event, by name.
+    ``undetected``, ``left_out`` and ``undefined`` are those of the ``Recording``, ``unknown`` the datasets
+    with samples that are not finite, and the time of the first of these. ``happened`` has the record of each
+    event, by name.
     ``progress`` is the state from which an interrupted run, or a longer one, can continue. ``final`` is the
     state at ``t``; of a complete or certified run it is the last sample. ``estimated`` is the error, if an
     estimate was requested. The state was moved back to constraints by so many ``projections``, and passed
@@ -56,6 +57,7 @@ class Outcome:
     h_rounding: float = 0.0
     undetected: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    undefined: tuple[str, ...] = ()
     unknown: Mapping[str, float] = field(default_factory=dict)
     happened: Mapping[str, Happened] = field(default_factory=dict)
     progress: Progress | None = None

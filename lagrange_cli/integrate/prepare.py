@@ -66,6 +66,7 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
             asked.backward,
             sorted(asked.outputs),
             sorted(asked.optional),
+            asked.by_default,
             made_by,
         ]
     )

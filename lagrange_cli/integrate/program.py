@@ -42,7 +42,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     """
     method, precision = METHODS[compilation.method], compilation.precision
     check_convolutions(residual, compilation.method, precision)
-    plan, original = make_plan(residual, compilation.outputs, compilation.optional), residual
+    plan, original = make_plan(residual, compilation.outputs, compilation.lenient), residual
     if compilation.section == SECTION and is_constant(residual, residual.model.events[-1].argument):
         raise UsageError("no motion crosses this surface: its expression is conserved")
     if residual.multipliers and method.needs is Needs.SERIES:

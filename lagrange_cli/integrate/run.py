@@ -121,6 +121,7 @@ def integrate(
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
         left_out=prepared.recording.left_out,
+        undefined=prepared.recording.undefined,
         unknown=samples.unknown,
         happened=dict(zip(log.names, log.happened)),
         progress=further if end.snapshot is None else reached(end.snapshot),

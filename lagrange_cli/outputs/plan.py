@@ -45,9 +45,9 @@ def make_plan(
     conserved = frozenset(each.quantity for each in residual.conserved)
     constant = {each.quantity for each in residual.conserved if not each.breaks}
     energetics = Energetics(residual.model)
-    planner = planned(Planner(residual, energetics, conserved, loose=loose), outputs, optional)
+    planner = planned(Planner(residual, energetics, conserved, optional, loose=loose), outputs, optional)
     events = planner.families("events", (event.name for event in residual.model.events))
-    at_events = planned(Planner(residual, energetics, conserved), {"q", "v"} if events else ())
+    at_events = planned(Planner(residual, energetics, conserved, optional), {"q", "v"} if events else ())
     recording = Recording(
         coordinates=residual.coordinates,
         states=tuple(planner.states),
@@ -55,6 +55,7 @@ def make_plan(
         conserved=tuple(name for name in planner.observed if name in constant.union(planner.kept)),
         events=tuple(EventGroup(one.name, one.shape, tuple(one.members)) for one in events),
         at_events=tuple(at_events.states),
+        undefined=tuple(planner.undefined),
     )
     return Plan(planner.observed, planner.integrands, recording)
 

@@ -33,16 +33,19 @@ class Planner:
     ``conserved`` quantities are constant along every motion: their rates are taken to be exactly 0. Observed
     quantities that are ``kept`` are found to be constant besides. Where only states are looked at in which
     friction does not hold (``loose``), forces of constraint follow from the state.
+    Of outputs that are ``optional`` what is ``undefined`` is left out, and why it is said.
     """
 
     residual: Residual
     energetics: Energetics
     conserved: frozenset[str]
+    optional: frozenset[str] = frozenset()
     observed: dict[str, Node] = field(default_factory=dict)
     integrands: dict[str, Node] = field(default_factory=dict)
     states: list[Dataset] = field(default_factory=list)
     made: list[Dataset] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
+    undefined: list[str] = field(default_factory=list)
     loose: bool = False
 
     @property
@@ -83,13 +86,20 @@ class Planner:
     def observables(self) -> Mapping[str, Node]:
         """What the file declares, with the multipliers of least norm where these are not unique.
 
-        Raises ``NotDefined`` where multipliers stand in it that do not follow from the state.
+        Those with multipliers that do not follow from the state are left out where observables are optional,
+        else ``NotDefined`` is raised.
         """
         model = self.model
         found, constraints = model.observables, (*model.constraints, *model.redundant)
         pulled = union(one.multiplier for one in constraints)
-        if not any(node.symbols & pulled for node in found.values()):
+        pulling = {name: node for name, node in found.items() if node.symbols & pulled}
+        if not pulling:
             return found
+        reason = self.unknown_forces()
+        if reason and "observables" in self.optional:
+            families = ", ".join(f"'{one.label}'" for one in self.families("observables", pulling))
+            self.undefined.append(f"{families}, as {reason}")
+            return {name: node for name, node in found.items() if name not in pulling}
         self.need_forces("observables")
         if not model.redundant:
             return found
@@ -160,33 +170,35 @@ class Planner:
         return grouped(names, {**families.get("nonholonomic", {}), **families.get("constraints", {})})
 
     def need_forces(self, output: str, *, multipliers: bool = False) -> None:
-        """Raise ``NotDefined`` where forces of constraint do not follow from a state, as ``output`` needs:
-        all of them, or those of ``multipliers``."""
+        """Raise ``NotDefined`` where forces of constraint do not follow from a state, as ``output`` needs."""
+        if reason := self.unknown_forces(multipliers=multipliers):
+            raise NotDefined(f"no output '{output}': {reason}: choose outputs without it, such as q,v,h")
+
+    def unknown_forces(self, *, multipliers: bool = False) -> str:
+        """Why forces of constraint do not follow from a state, all of them or those of ``multipliers``; empty
+        if they do."""
         if self.loose:
-            return
+            return ""
         contacts, bent = self.residual.contacts, self.residual.bent
         if not contacts and not (bent and switches(self.residual.residual, self.residual.variables)):
-            return
+            return ""
         from lagrange_cli.mechanics.contacts import pressing
         from lagrange_cli.mechanics.guards.equations import guarded
 
         held = guarded(self.residual, {}).auxiliary
         if held > len(contacts):
             what = "a contact or friction" if contacts else "friction that is not linear in multipliers"
-            raise NotDefined(
-                f"no output '{output}': {what} may keep this system at rest, and the forces that do so are "
-                "not determined by q and v: choose outputs without it, such as q,v,h"
-            )
+            return f"{what} may keep this system at rest, and these forces are not determined by q and v"
         if pressed := pressing(self.residual, contacts) if multipliers else contacts:
             model = self.model
             names = " and ".join(f"'{model.events[one.event].name}'" for one in pressed)
             event, action = ("event", "its action") if len(pressed) == 1 else ("events", "their actions")
             moving = " and the constraint forces with it" if multipliers else ""
-            raise NotDefined(
-                f"no output '{output}': the motion may come to rest at {event} {names}, as {action} reduces "
-                f"the speed; the force of that contact{moving} is not determined by q and v: "
-                "choose outputs without it, such as q,v,h"
+            return (
+                f"the motion may come to rest at {event} {names}, as {action} reduces the speed; the "
+                f"force of that contact{moving} is not determined by q and v"
             )
+        return ""
 
     def observe(self, name: str, node: Node) -> str:
         """Have a quantity observed; what several outputs need is observed once."""

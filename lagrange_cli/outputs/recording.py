@@ -180,7 +180,8 @@ class Recording:
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
     steps may pass over, of ``NARROW``, ``SWITCHES`` and ``CUTS``. ``events`` are in the order of the model,
     and ``at_events`` are the datasets of q and v at their crossings. Outputs that are ``left_out`` would take
-    members of families written out, which are too many.
+    members of families written out, which are too many. ``undefined`` says which observables have no values,
+    and why.
     """
 
     coordinates: tuple[str, ...]
@@ -191,6 +192,7 @@ class Recording:
     events: tuple[EventGroup, ...] = ()
     at_events: tuple[Dataset, ...] = ()
     left_out: tuple[str, ...] = ()
+    undefined: tuple[str, ...] = ()
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -240,6 +242,7 @@ class Recording:
             "events": [[one.name, one.shape, one.members] for one in self.events],
             "at_events": list(map(_as_list, self.at_events)),
             "left_out": self.left_out,
+            "undefined": self.undefined,
         }
 
     @classmethod
@@ -249,10 +252,9 @@ class Recording:
         events = tuple(
             EventGroup(name, tuple(shape), tuple(members)) for name, shape, members in data["events"]
         )
-        conserved, undetected, left_out = (
-            tuple(data[one]) for one in ("conserved", "undetected", "left_out")
-        )
-        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events, there, left_out)
+        conserved, undetected = (tuple(data[one]) for one in ("conserved", "undetected"))
+        missing = tuple(data["left_out"]), tuple(data["undefined"])
+        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events, there, *missing)
 
 
 def _as_list(one: Dataset) -> list[Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.plot import PlotRequest, outputs_for
+from lagrange_cli.run.plot import PlotRequest, drawn, outputs_for
 from lagrange_cli.run.reel import FilmRequest, Reel, finer_than, usual_speed
 from lagrange_cli.store.find_target import check_folder
 from lagrange_cli.store.target import Target, unwritable
@@ -68,9 +68,10 @@ def request_for(motion: Motion, request: Request, asked: FilmRequest) -> Request
     finer = finer_than(speed / asked.fps, spacing, math.ceil(abs(end - begin) * asked.fps / speed) + 1)
     step = min(speed / asked.fps / finer, lasts)
     has_particles = not motion.spec.lagrangian
-    outputs = outputs_for(PlotRequest(asked.panels or ("q", "v")), has_particles=has_particles)
+    panels = PlotRequest(asked.panels or ("q", "v"))
+    outputs = outputs_for(panels, has_particles=has_particles)
     options = replace(request.options, outputs=outputs, samples=None)
-    return replace(request, options=options, times={**request.times, "step": repr(step)})
+    return drawn(replace(request, options=options, times={**request.times, "step": repr(step)}), panels)
 
 
 def write(reel: Reel, target: Target, kind: str, progress: Progress, interrupted: Interrupted) -> Made:

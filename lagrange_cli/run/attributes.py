@@ -125,19 +125,21 @@ def doubt(outcome: Outcome, settings: Settings) -> str | None:
     been missed, values that are not finite, outputs that were left out."""
     drifts = not_finite(outcome), drifting(outcome, settings.tolerance), unresolved(outcome, settings)
     unknown = {path: f"at t = {t:.9g}" for path, t in outcome.unknown.items()}
-    return joined(*drifts, *missed(outcome, settings), without_value(unknown), without_outputs(outcome))
+    return joined(*drifts, *missed(outcome, settings), without_value(unknown), *without_outputs(outcome))
 
 
-def without_outputs(outcome: Outcome | EnsembleOutcome) -> str | None:
-    """The warning that ``--outputs all`` does not have all outputs of the system, and why."""
+def without_outputs(outcome: Outcome | EnsembleOutcome) -> list[str]:
+    """The warnings that there are not all observables, or with ``--outputs all`` not all outputs, and why."""
+    undefined = [f"left out of the observables: {one}" for one in outcome.undefined]
     names = outcome.left_out
     if not names:
-        return None
+        return undefined
     them = "it" if len(names) == 1 else "them"
-    return (
+    return [
+        *undefined,
         f"left out of --outputs all: {', '.join(names)}, as members of families have to be written out for "
-        f"{them}, and are many (--outputs {','.join(names)} does that, or says which limit it exceeds)"
-    )
+        f"{them}, and are many (--outputs {','.join(names)} does that, or says which limit it exceeds)",
+    ]
 
 
 def without_value(unknown: Mapping[str, str]) -> str | None:
@@ -161,7 +163,7 @@ def doubt_of_all(outcome: EnsembleOutcome, settings: Settings) -> str | None:
         path: f"{'' if alone else f'in member {member} '}at t = {t:.9g}"
         for path, (member, t) in outcome.unknown.items()
     }
-    told = not_finite(outcome), *missed(outcome, settings), without_value(unknown), without_outputs(outcome)
+    told = not_finite(outcome), *missed(outcome, settings), without_value(unknown), *without_outputs(outcome)
     return joined(*told)
 
 

@@ -57,6 +57,11 @@ class PlotRequest:
     y: tuple[str, ...] = ()
 
 
+def drawn(request: Request, asked: PlotRequest) -> Request:
+    """The request of a motion for a plot that may be without observables that are not defined."""
+    return replace(request, drawn="observables" not in asked.what)
+
+
 def outputs_for(asked: PlotRequest, *, has_particles: bool) -> tuple[str, ...]:
     """The outputs that a motion must have for a plot of its system file."""
     words = asked.what or (() if asked.y else motions.USUAL)

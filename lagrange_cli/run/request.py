@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -46,6 +46,7 @@ class Request:
     after ``checkpoint_count`` steps, or members of a sweep. Steps are ``proven`` whatever the
     system. Initial values are ``projected`` to the constraints however far off they are. ``format`` is
     that of the output. So many ``threads`` share the work of one motion, by default one for each processor.
+    What is ``drawn`` has the observables that are defined, as by default.
     """
 
     options: SolveDefaults = SolveDefaults()
@@ -62,6 +63,7 @@ class Request:
     projected: bool = False
     format: str = HDF5
     threads: int | None = None
+    drawn: bool = False
 
     def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
         """The settings of the run of ``spec`` with the values ``parameters``.
@@ -74,7 +76,8 @@ class Request:
             from lagrange_cli.run.times import with_times
 
             asked = with_times(asked, self.times, spec, parameters, exact=exact)
-        return resolve_settings(spec, asked, self.precision, self.portable, self.proven, self.cache)
+        found = resolve_settings(spec, asked, self.precision, self.portable, self.proven, self.cache)
+        return replace(found, by_default=True) if self.drawn and spec.observables else found
 
 
 def check_page(name: str) -> None:

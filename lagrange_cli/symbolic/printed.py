@@ -18,6 +18,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.measured import Measured, MeasuredAlgebra, are_dependent, solve_measured
+from lagrange_cli.symbolic.norms import by_norms
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 
@@ -156,7 +157,7 @@ def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measure
             Measured(own.value, max(own.scale, solved.scale))
             for own, solved in zip(map(value, printed.explicit), unknowns, strict=True)
         ]
-    unknowns[: len(rows)] = by_norm(rows, right[: len(rows)], columns, unknowns)
+    unknowns = by_norms(rows, right[: len(rows)], columns, slopes, right[len(rows) :], unknowns)
     symbols = [*map(str, equations.a), *(str(each.multiplier) for each in equations.constraints)]
     n = len(equations.a)
     sizes = [max(abs(each.value), ROUNDED * each.scale) for each in unknowns]
@@ -195,29 +196,6 @@ def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measure
         ],
         zeros=[(name, Measured(mpmath.mpf(0), scale)) for name, scale in zip(symbols, scales, strict=True)],
     )
-
-
-def by_norm(
-    rows: list[list[Measured]],
-    force: list[Measured],
-    columns: list[list[Measured]],
-    unknowns: Sequence[Measured],
-) -> list[Measured]:
-    """The accelerations with at least the scales that g = |f| + |A^T lambda| allows them by Schwarz's
-    inequality, (M^-1)_kk^(1/2) (g^T M^-1 g)^(1/2): one may be 0 up to rounding, as others cancel in it.
-    As they are where M is singular."""
-    n = len(force)
-    acting = [
-        abs(one.value) + sum(abs(c[k].value * m.value) for c, m in zip(columns, unknowns[n:], strict=True))
-        for k, one in enumerate(force)
-    ]
-    try:
-        inverse = mpmath.matrix([[entry.value for entry in row] for row in rows]) ** -1
-    except ZeroDivisionError:
-        return [*unknowns[:n]]
-    whole = sum(acting[i] * abs(inverse[i, j]) * acting[j] for i in range(n) for j in range(n))
-    scales = [mpmath.sqrt(abs(inverse[k, k]) * whole) for k in range(n)]
-    return [Measured(own.value, max(own.scale, size)) for own, size in zip(unknowns[:n], scales, strict=True)]
 
 
 def nothing() -> Measured:

@@ -45,6 +45,16 @@ def test_a_system_without_switches_stays_as_it_is():
         ("0", "where(x_dot > 0, 1, where(x_dot < 0, -1, 0))", 1, 1),
         ("0", "sign(x_dot) - 2*sign(x_dot - 1)", 2, 2),
         ("0", "x*sign(x) - abs(x)", 0, 0),
+        ("1/abs(x)", "0", 1, 0),  # nothing is held at a pole
+        ("1/abs(x)", "-sign(x_dot)", 2, 1),
+        ("1/sqrt(2 - 2*cos(x))", "-x_dot/abs(x_dot)", 2, 1),
+        ("0", "-sign(x)*(1 + 1/(3*x)**2)", 1, 0),
+        ("0", "where(x > 0, 1/x, -1)", 1, 0),
+        ("0", "where(x > 2, sign(x)/x**2, 1/x)", 2, 1),  # a pole on both sides of 2
+        ("0", "where(x > 2, 1/x_dot, 0) - sign(x_dot)", 2, 2),  # a pole on one of them
+        ("0", "-sign(x_dot)/(1 + x_dot**2)", 1, 1),
+        ("0", "-sign(x)*(1 - exp(-1/x**2))", 1, 1),  # bounded
+        ("0", "-sign(x)/x_dot", 1, 1),  # unbounded elsewhere
     ],
 )
 def test_each_argument_has_one_guard(potential, force, guards, auxiliary):
@@ -79,3 +89,19 @@ def test_the_matrix_with_multipliers_is_counted_as_work(monkeypatch):
     monkeypatch.setattr(Work, "charge", noted)
     of("abs(x - 0.123)", "-sign(x_dot)")
     assert counted["a matrix of 1 coordinates and 2 multipliers"] == 9
+
+
+@pytest.mark.parametrize(("friction", "auxiliary"), [("0", 0), ("-sign(a_dot[i])", 5)])
+def test_charges_on_a_ring_hold_one_another_by_friction_alone(friction, auxiliary):
+    residual = residual_of(f"""
+        name: charges on a ring
+        sizes: {{N: 5}}
+        coordinates: {{a[i in range(N)]: {{initial: 2*pi*i/N}}}}
+        masses: {{b[i in range(N)]: 1}}
+        positions: {{b[i in range(N)]: [cos(a[i]), sin(a[i])]}}
+        potential: sum(1/norm(b[i] - b[j]) for i in range(N) for j in range(i))
+        generalized_forces: {{a[i in range(N)]: {friction}}}
+    """)
+    found = guarded(residual, {})
+    assert len(found.guards) == 10 + auxiliary
+    assert found.auxiliary == auxiliary

@@ -217,3 +217,34 @@ generalized_forces: {x: "-where(abs(x_dot - v) < 1e-3, mu_s, mu_k)*g*sign(x_dot 
     in_frame = follow(text.replace("VELOCITY", "0").replace("START", "-0.5"), 4, 41)
     assert np.sum(on_belt["v/x"] == 0.5) > 10  # it sticks
     assert on_belt["q/x"] == pytest.approx(in_frame["q/x"] + 0.5 * in_frame.t, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_friction_holds_a_charge_that_a_pole_repels(side, source):
+    """U = 1/|x| and dry friction mu: from rest at 1, where 1 > mu, as far as 1/mu, where mu**2 < mu holds it.
+    The pole itself has no multiplier, the friction has its own."""
+    mu = source.uniform(0.3, 0.8)
+    motion = follow(line(side, 0.0, "1/abs(x)", f"-{mu!r}*sign(x_dot)"), 100.0, 5)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][-1] == pytest.approx(side / mu, rel=1e-13)
+    assert abs(motion["v/x"][-1]) <= 1e-14
+
+
+RING = """
+name: charges on a ring
+sizes: {{N: 4}}
+coordinates: {{a[i in range(N)]: {{initial: "2*pi*i/N + 0.1*sin(3.7*i)"}}}}
+masses: {{b[i in range(N)]: 1}}
+positions: {{b[i in range(N)]: [cos(a[i]), sin(a[i])]}}
+potential: sum(1/({distance}) for i in range(N) for j in range(i))
+"""
+
+
+def test_charges_on_a_ring_move_as_with_distances_that_have_no_sides():
+    """|2 sin((a_i - a_j)/2)| is its argument as long as no charge passes another one, which none can."""
+    motions = [
+        follow(RING.format(distance=one), 10.0, 11) for one in ("norm(b[i] - b[j])", "2*sin((a[i] - a[j])/2)")
+    ]
+    sided, plain = ([motion[f"q/a[{i}]"] for i in range(4)] for motion in motions)
+    np.testing.assert_allclose(sided, plain, rtol=0, atol=1e-12)
+    assert np.ptp(sided, axis=1).min() > 0.01

@@ -249,12 +249,12 @@ def read_for(asked: PlotRequest) -> ReadMotion:
 
     def read(content: bytes, shown: str, given: Given, run: Mapping[str, Any], stage: Stage) -> Shown:
         from lagrange_cli.run.motion import read_motion
-        from lagrange_cli.run.plot import finely_sampled, outputs_for
+        from lagrange_cli.run.plot import drawn, finely_sampled, outputs_for
         from lagrange_cli.spec.read import read_spec
 
         spec = read_spec(content, shown, given.sizes)
         outputs = outputs_for(asked, has_particles=not spec.lagrangian)
-        request = request_of(given, run, samples=run["samples"], outputs=outputs)
+        request = drawn(request_of(given, run, samples=run["samples"], outputs=outputs), asked)
         motion = read_motion(content, shown, request, stage)
         finer = finely_sampled(motion, request)
         return (motion if finer is request else read_motion(content, shown, finer, stage)), finer

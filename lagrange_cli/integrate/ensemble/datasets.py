@@ -304,6 +304,7 @@ class EnsembleDatasets:
             dict(sorted(self._unknown.items(), key=lambda one: one[1])),
             self._doubtful,
             self._recording.left_out,
+            self._recording.undefined,
         )
 
 

@@ -27,10 +27,10 @@ class EnsembleOutcome:
     """The result of an ensemble.
 
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
-    to its end, and how that went; drifts are the largest of all members, and ``undetected`` and ``left_out``
-    as in ``Outcome``. ``unknown`` are the datasets with samples that are not finite: the first member that
-    has any, and the time of its first. ``doubtful`` are events with a warning: the first such member, and
-    what happened to it.
+    to its end, and how that went; drifts are the largest of all members, and ``undetected``, ``left_out`` and
+    ``undefined`` as in ``Outcome``. ``unknown`` are the datasets with samples that are not finite: the first
+    member that has any, and the time of its first. ``doubtful`` are events with a warning: the first such
+    member, and what happened to it.
     """
 
     endings: NDArray[np.int8]
@@ -42,6 +42,7 @@ class EnsembleOutcome:
     unknown: Mapping[str, tuple[int, float]] = field(default_factory=dict)
     doubtful: Mapping[str, tuple[int, Happened]] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
+    undefined: tuple[str, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
         """All but the endings, in terms of JSON (with NaN and infinities)."""

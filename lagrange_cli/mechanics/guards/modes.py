@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.guards.guard import Guard, Rest
+from lagrange_cli.mechanics.guards.unbounded import unbounded
 from lagrange_cli.mechanics.guards.vectors import held, split, vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rewritten
@@ -35,7 +36,10 @@ class Modes:
         self.merged = Merging(self.graph, self.moving).merged
         self.closed = False
         """Whether the equations are written: switches with other arguments than theirs have no modes then."""
-        self.inertial = self._inertial()
+        rows = self.merged(residual.residual)
+        self.unbounded = unbounded(self.graph, rows, self.moving)
+        """Arguments that nothing holds at 0, as forces are unbounded there."""
+        self.inertial = self._inertial(rows)
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
         for vector in vectors(residual):
             length = self.graph.power(vector.square, self.graph.constant(0.5))
@@ -54,14 +58,14 @@ class Modes:
             ]
         self.holding = union(self.multipliers)
 
-    def _inertial(self) -> set[Node]:
+    def _inertial(self, rows: Sequence[Node]) -> set[Node]:
         """Switches in masses, in momenta, and in factors of accelerations."""
         residual, found = self.residual, set[Node]()
         entries = [entry for row in residual.unpushed.entries for entry in row.values()]
         entries += residual.inertias
         entries += [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
         inside, accelerated = [*self.merged(entries)], set[Node]()
-        for node in reachable(self.merged(residual.residual)):
+        for node in reachable(rows):
             if node.kind is Kind.DDT or not accelerated.isdisjoint(node.arguments):
                 accelerated.add(node)
                 if node.kind is Kind.SWITCH:
@@ -126,7 +130,7 @@ class Modes:
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[0])
-        able = self._moves(original) and original not in self.free and not self.closed
+        able = self._moves(original) and original not in self.free | self.unbounded and not self.closed
         if guard.auxiliary is None and able:
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))

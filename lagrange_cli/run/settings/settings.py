@@ -47,6 +47,8 @@ class Settings:
     optional: frozenset[str] = frozenset()
     """The outputs that are not requested by name: those that are not defined are left out, and those for
     which members of families would have to be written out that are too many."""
+    by_default: bool = False
+    """Whether there are observables that no one has asked for: those that are not defined are left out."""
     chosen_because: str = ""
     """Why ``--method auto`` means this method here, where several were considered."""
     automatic: bool = False
@@ -90,6 +92,7 @@ class Settings:
             section=section,
             factor=factor,
             optional=self.optional,
+            by_default=self.by_default,
         )
 
 
@@ -156,6 +159,7 @@ def resolve_settings(
         chosen_because=why,
         automatic=tried,
         optional=optional_outputs(outputs),
+        by_default=asked.outputs is None and "observables" in named,
         precision=precision,
         portable=portable,
         proven=proven,
