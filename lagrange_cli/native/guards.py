@@ -38,6 +38,9 @@ SIDES = {0: 0, 1: -16, -1: -32}
 """What is added to ``ROOTED`` and ``STEEP`` where the root is on one side only."""
 COSTLY = 256
 """Steps of a state with so many rows take longer than what decides in their place whether fewer will do."""
+UNSEEN = 2.0**-47
+"""A flight no higher than this part of the argument's terms may be hidden by rounding, for methods that know
+values of the argument instead of its series: they would miss the next impact."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 MOST_RECORDS, ROOM = 1024, 2**21

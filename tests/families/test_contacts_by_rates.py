@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.ending import Finished
+from lagrange_cli.integrate.impacts.happenings import Happenings
 from lagrange_cli.run.choice import examined
 from lagrange_cli.spec.read import read_spec
 from tests.families import test_contacts as contacts
@@ -37,6 +39,27 @@ def test_members_rest_by_themselves(
     across, up, events = contacts.CASES[case]
     text = contacts.BALLS.format(count=count, across=across, up=up, events=events)
     compare(text, 3.1, method, monkeypatch)
+
+
+@BY_RATES
+@pytest.mark.parametrize(("e", "count"), [("0.3847 + 0.1126*cos(0.786*i)", 5), ("0.4 + 0.1*cos(i)", 8)])
+def test_what_bounces_stays_above_the_floor(
+    e: str, count: int, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However low the last flights are; compiled code does all impacts but the last ones of each member."""
+    acted, act = [0], Happenings._act
+
+    def counting(self: Happenings, event: int, sample: int) -> Finished | None:
+        acted[0] += 1
+        return act(self, event, sample)
+
+    monkeypatch.setattr(Happenings, "_act", counting)
+    across, up, events = contacts.CASES["a floor that drags"]
+    text = contacts.BALLS.format(count=count, across=across, up=up, events=events)
+    found = motion(text.replace("0.4 + 0.1*cos(i)", e), 3.1, whole=True, patch=monkeypatch, method=method)
+    assert found["t"][-1] == 3.1 and np.all(found["q/y"] >= -1e-12)
+    assert not found["q/y"][-1].any() and not found["v/y"][-1].any()
+    assert 10 * count < len(found["events/floor/t"]) and count <= acted[0] <= 4 * count
 
 
 @pytest.mark.exhaustive(keep=0.5)

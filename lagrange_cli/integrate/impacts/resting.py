@@ -12,7 +12,7 @@ from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.impacts.at_once import AtOnce
 from lagrange_cli.integrate.impacts.sides import KNOWN, Sides
 from lagrange_cli.integrate.impacts.touching import Touching
-from lagrange_cli.native.guards import LOOSE, Role
+from lagrange_cli.native.guards import LOOSE, UNSEEN, Role
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
@@ -31,9 +31,6 @@ SLOW = 256.0
 """Impacts that leave no speed are the last of infinitely many if they have so little, beside what is none."""
 FEW = 4.0
 """Impacts that change velocities by so many rounding errors have no speed."""
-UNSEEN = 2.0**-47
-"""A flight no higher than this part of the argument's terms may be hidden by rounding, for methods that know
-values of the argument instead of its series: they would miss the next impact."""
 
 
 @dataclass(frozen=True)

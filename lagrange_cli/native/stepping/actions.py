@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import accumulate
 
-from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, GuardRows, Role
+from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Integer, Pointer
@@ -31,6 +31,9 @@ ROUNDING = 2.0**-44
 SOON = 2.0**-29
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
 tells, the caller decides whether the motion rests."""
+DOUBTFUL = 8.0
+"""The height of a flight is known from values of the argument up to this factor, where rounding may hide
+it."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +48,8 @@ class ActionCode:
     alone: bool = False
     """Whether ``@act_alone`` gives what one event's action sets. Then what events do is looked up, too."""
     interpolated: bool = False
-    """Whether series are polynomials through values. Then impacts that reduce the speed are left to the
-    caller, who has the rates where a step ends from the equations themselves."""
+    """Whether series are polynomials through values. Then the caller decides on flights that these may not
+    show."""
 
     @property
     def any(self) -> bool:
@@ -119,7 +122,12 @@ class ActionCode:
             other = f.load_integer("@affected", i)
             f.store(f.constant(0.0), state, other + rows.mode(layout))
             f.store(f.constant(0.0), state, other + rows.fresh(layout))
-        f.store(f.constant(0.0), state, j + rows.mode(layout))
+        own = j + rows.mode(layout)
+        side = f.constant(0.0)
+        if self.interpolated and rows.bounces:  # its speed tells, which long polynomials show less precisely
+            impact = ~f.load_integer("@bounces", j).equals(NOTHING)
+            side = f.select(impact, f.load(state, own), side)
+        f.store(side, state, own)
         f.call(None, NOTE, state, after)
         f.store(f.constant(AFTER), after, layout.at(NOTES[0]))
         f.store(count + 2, info, RECORDED)
@@ -144,9 +152,6 @@ class ActionCode:
         event = j - rows.first_event
         bounce = f.load_integer("@bounces", j)
         with f.when(~bounce.equals(NOTHING)):
-            if self.interpolated:
-                f.give(f.count(LEFT))
-                return
             side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
             rate, bend = (f.load("%row", m * self.term) * float(m) for m in (2, 3))
             size = f.load(results, event * 2 + (len(rows.changed) + 1)) * ROUNDING
@@ -165,5 +170,9 @@ class ActionCode:
             soon = remaining <= f.load(state, layout.at(Clock.STEP)) * SOON
             with f.when((flight > 0.0) & (flight < since) & soon):
                 f.give(f.count(LEFT))
+            if self.interpolated:
+                height = left * 0.25 * f.smaller(since * (left / f.magnitude(rate)), f.magnitude(flight))
+                with f.when(height <= f.load(results, own) * (UNSEEN * DOUBTFUL)):
+                    f.give(f.count(LEFT))
             f.store(t, state, place)
             f.store(low, state, place + 1)
