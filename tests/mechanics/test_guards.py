@@ -55,6 +55,7 @@ def test_a_system_without_switches_stays_as_it_is():
         ("0", "-sign(x_dot)/(1 + x_dot**2)", 1, 1),
         ("0", "-sign(x)*(1 - exp(-1/x**2))", 1, 1),  # bounded
         ("0", "-sign(x)/x_dot", 1, 1),  # unbounded elsewhere
+        ("0", "-1/abs(x_dot)", 1, 1),  # an end that is reached
     ],
 )
 def test_each_argument_has_one_guard(potential, force, guards, auxiliary):

@@ -30,7 +30,7 @@ def shown(text, names):
 
 
 @pytest.mark.parametrize("names", [("x", "y", "k"), ("x", "y", "e")])
-@examples(30)
+@examples(18)
 @given(data=st.data())
 def test_a_random_expression(names, data):
     text = data.draw(texts(names))

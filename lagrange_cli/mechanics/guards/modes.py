@@ -37,8 +37,10 @@ class Modes:
         self.closed = False
         """Whether the equations are written: switches with other arguments than theirs have no modes then."""
         rows = self.merged(residual.residual)
-        self.unbounded = unbounded(self.graph, rows, self.moving)
-        """Arguments that nothing holds at 0, as forces are unbounded there."""
+        speeds = union(residual.model.v)
+        self.unbounded = {one for one in unbounded(self.graph, rows, self.moving) if not one.symbols & speeds}
+        """Places that nothing holds at 0, as forces are unbounded there. Of velocities a pole may be an end
+        that motions reach."""
         self.inertial = self._inertial(rows)
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
         for vector in vectors(residual):
