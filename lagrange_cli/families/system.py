@@ -41,9 +41,9 @@ FEWEST = 100
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 FEWEST_TURNING = 50
-"""Coordinates of rigid bodies that hang on none below which they are, too,"""
+"""Coordinates of rigid bodies that hang on none below which they are, too."""
 MOST_TURNING = 1000
-"""if forces have no more terms than these, as of pairs of many points: they take long to compile."""
+"""Terms of forces on these up to which that is so. More, as of pairs of many points, take long to compile."""
 FEWEST_SWITCHED = 50
 """The same where there are switches, which cost more one by one."""
 FEWEST_NONHOLONOMIC = 60
