@@ -62,6 +62,9 @@ def with_products(builder: FamilyBuilder, energies: Energies, products: Sequence
     if not products:
         return energies
     count = builder.q.count
+    squares = [one.first[one.first == one.second] for one in products]
+    if len(np.unique(np.concatenate([*squares, *(one.targets for one in energies.masses.terms)]))) < count:
+        raise Unsuited  # no pivot can be where M has no entry on its diagonal
     made = coupled_masses(builder.root, count, energies.masses.terms, products)
     return replace(energies, masses=made.diagonal(builder.slots, Domain(count)), coupled=made)
 

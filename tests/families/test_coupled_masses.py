@@ -29,6 +29,10 @@ KINETIC = {
     "two families": f"{OWN} + sum(u_dot[i]*w_dot[i]/(3 + i) for i in range(N))",
     "all": f"{OWN} + sum(g[i]*g[j]*u_dot[i]*u_dot[j]/N for i in range(N) for j in range(N))",
     "one and all": f"{OWN} + sum(u_dot[0]*w_dot[i]/(2*N) for i in range(N))",
+    "of either sign": (
+        "sum((-1)**i*(1 + i/7)*u_dot[i]**2/2 + k*w_dot[i]**2 for i in range(N))"
+        " + sum(u_dot[i]*u_dot[i + 1]/4 for i in range(N - 1))"
+    ),
     "some": f"{OWN} + sum(u_dot[i]*w_dot[(3*i) % N]/5 for i in range(N) if i % 2)",
 }
 PLACES = """

@@ -236,7 +236,8 @@ class Arrangement:
         """Those of M, where it is not diagonal."""
         if system.coupled_masses is not None:
             entries = self.lasting.arranged(system.coupled_masses.entries)
-            self.factors = MassFactors(system.coupled_masses, entries, self.tables)
+            given = system.coupled_masses, entries, self.tables
+            self.factors = MassFactors(*given, definite=system.spec.lagrangian is None)
             self.place(self.factors.array, self.factors.array.count)
 
     def beside(self, followed: Sequence[Total], listed: Sequence[Element]) -> Total:

@@ -20,10 +20,10 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
 class MassFactors:
     """The factors of M in an ``array``, from the numbers of its ``entries``; behind them is 1 if M is
-    regular."""
+    regular, and positive if it is to be ``definite``, as it need not be in a given Lagrangian."""
 
-    def __init__(self, masses: CoupledMasses, entries: Array, tables: Tables) -> None:
-        self.masses, self.entries = masses, entries
+    def __init__(self, masses: CoupledMasses, entries: Array, tables: Tables, *, definite: bool) -> None:
+        self.masses, self.entries, self.definite = masses, entries, definite
         elimination = masses.elimination
         self.tabled: SolvingTables = (
             DenseTables(masses.count, tables) if elimination is None else SaddleTables(elimination, tables)
@@ -32,7 +32,9 @@ class MassFactors:
 
     def saddle(self, vectors: Vectors, base: Pointer) -> Saddle:
         """What solves, with the array at ``base``."""
-        return saddle_of(vectors, self.tabled, base, 0)
+        saddle = saddle_of(vectors, self.tabled, base, 0)
+        saddle.definite = self.definite
+        return saddle
 
     def factor(self, evaluation: Evaluation) -> None:
         """Find the factors."""

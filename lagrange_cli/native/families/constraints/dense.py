@@ -50,6 +50,9 @@ class Dense:
         self.f, self.vectors, self.base, self.first = vectors.f, vectors, base, first
         self.tabled, self.tables = tabled, tabled.tables
 
+    definite = True
+    """Whether pivots have to be positive; else they have not to be 0."""
+
     def place(self, name: str, at: Index = 0) -> Pointer:
         """A place in one of the arrays."""
         place = self.vectors.place
@@ -99,7 +102,9 @@ class Dense:
         with f.loop(0, count, tested=False) as k:
             row, begin = self.row(k), block_of(k)
             pivot, whole = vectors.load(row, k), vectors.load(self.place("diagonal"), k)
-            regular.set(regular.get() & (vectors.high(whole) * least < vectors.high(pivot)))
+            sizes = vectors.high(whole), vectors.high(pivot)
+            all_of, own = sizes if self.definite else (f.magnitude(one) for one in sizes)
+            regular.set(regular.get() & (all_of * least < own))
             inverse = kind.div(kind.one, self.everywhere(pivot))
             vectors.store(vectors.lane(vectors.number(inverse), 0), self.place("inverse"), k)
             with f.loop(begin, k + 1, tested=False) as j:

@@ -80,6 +80,9 @@ class Tabled:
                 total.set(self.vectors.number(value))
             put(self.vectors.operand(total.get()), target * LANES)
 
+    definite = True
+    """Whether pivots have to be positive; else they have not to be 0."""
+
     def factor(self, base: Pointer, entries: Mapping[str, Places], regular: Variable[Bit]) -> None:
         """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
         for name, places in entries.items():
@@ -161,6 +164,8 @@ class Tabled:
         with f.loop(*blocks, tested=False) as b:
             pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", "unknowns"))
             self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
+            if not self.definite:
+                pivot, floor = emitter.magnitude(pivot), emitter.magnitude(floor)
             regular.set(regular.get() & f.all(Bit(f, emitter.compare("ogt", pivot, floor), LANES)))
 
     def _scale(self, blocks: tuple[Integer, Integer]) -> None:
