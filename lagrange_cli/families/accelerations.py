@@ -88,7 +88,8 @@ class Accelerations:
             masses = here.of(system.masses)
             return lambda right: right / masses[:, None]
         joints = JointMasses(system.joints, system.slots.graph, here, system.q.count, 1.0)
-        return joints.solver(range(system.q.count))
+        solver, relative = joints.solver(range(system.q.count)), system.joints.relative
+        return solver if relative is None or solver is None else relative.divided(solver, here)
 
     def speeds(self, bonds: Bonds, t: float, q: Values, v: Values) -> Values:
         """What constraints say of the velocities: A v + b."""

@@ -43,9 +43,13 @@ def refuse_others(system: FamilySystem) -> None:
 
 
 def refuse_holding(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where M is not diagonal and something may hold coordinates, or actions set some."""
-    if system.coupled_masses is None:
+    """Raise ``Unsuited`` where something may hold coordinates, or actions set some, and M is not diagonal; or
+    constraints do, too, and the coordinates of joints are sums of these."""
+    relative = system.joints is not None and system.joints.relative is not None
+    if system.coupled_masses is None and not relative:
         return
+    if relative and system.bonds is not None:
+        raise Unsuited
     modes = None if system.smooth is None else system.smooth.modes
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)
     if holding or (system.events is not None and system.events.changed.size):

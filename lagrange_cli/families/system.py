@@ -228,18 +228,23 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     potential = graph.sum([(one, 1.0) for one in energies])
     totals = [*builder.totals]
     found = articulation(builder, spec)
-    (rates, *loads), needed = slopes(potential, builder.root, totals, slots, builder.q, *found.nodes)
+    given = *found.nodes, *(found.relative.chains if found.relative else ())
+    (rates, *loads), needed = slopes(potential, builder.root, totals, slots, builder.q, *given)
     (whole,), _ = slopes(potential, builder.root, totals, slots, builder.q)
     refuse_speeds(builder, potential, (*totals, rates, *loads, *needed))
-    terms, pushes, beside = applied_forces(builder, spec, found.nodes)
+    terms, pushes, beside = applied_forces(builder, spec, given)
     forces = total_of(builder.q.count, [*opposite(rates), *terms], graph)
     pulls = [
         total_of(one.count, [*one.terms, *(Term(t.domain, -t.node, t.targets) for t in push)], graph)
         for one, push in zip(loads, pushes)
     ]
+    if found.relative is not None:
+        pulls, sums = pulls[: len(found.nodes)], pulls[len(found.nodes) :]
+        beside.append(forces)
+        forces = total_of(forces.count, found.relative.forces(forces, sums), graph)
     energy = builder.added(1, [*kinetic_terms(builder, found)])
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
-    applied = total_of(builder.q.count, [*terms, *felt(builder, found, pushes)], graph)
+    applied = total_of(builder.q.count, [*terms, *felt(slots, found, pushes, builder.totals)], graph)
     momentum = momenta(builder, found)
     bound = bonds(builder, spec, found)
     return described(

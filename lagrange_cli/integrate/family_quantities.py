@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.joints.inertia import felt_of
+from lagrange_cli.families.joints.inertia import felt
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.records import dataclass, replace
 
@@ -44,7 +44,7 @@ def pulls_of_bonds(system: FamilySystem) -> Iterator[Term]:
             push = hold.slope * bonds.multipliers_of(slots, one)
             pushes[hold.component].append(Term(one.domain, push, hold.places))
     if system.joints is not None:
-        yield from felt_of(system.slots, system.q, system.joints, pushes, [])
+        yield from felt(system.slots, system.joints, pushes, [])
 
 
 def work_of_bonds(system: FamilySystem) -> Iterator[Term]:

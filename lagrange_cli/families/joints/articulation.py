@@ -9,12 +9,13 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Chain, Domain, Source, Term, Total, equal
+from lagrange_cli.families.arrays import NONE, Chain, Domain, Slot, Source, Term, Total, equal, placed
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.joints.assembly import Assembly
 from lagrange_cli.families.joints.carriages import on_carriages
 from lagrange_cli.families.joints.joints import Articulation, Part
+from lagrange_cli.families.joints.relative import Relative, relative
 from lagrange_cli.families.turning import Turned
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -22,16 +23,16 @@ from lagrange_cli.spec.spec import Spec, grouped
 def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     """The joints of all particles. Raises ``Unsuited`` where there are others."""
     weights = on_carriages(builder, [*weights_of(builder, spec)])
-    chains = chains_of(builder, weights)
+    movers = Movers(builder, relative(builder, [x for _, x, _ in weights]))
+    chains = chains_of(movers, weights)
     parts: list[Part] = []
     for component, nodes in enumerate(chains):
         for term in nodes.terms:
-            parts.append(
-                Part(term.domain, term.node, None, component, term.targets, moved_by(builder, term.node))
-            )
+            for domain, which, (node,) in movers.apart(term.domain, [term.node]):
+                parts.append(Part(domain, node, None, component, term.targets[which], movers.tables(node)))
     fixed: list[list[Term]] = [[] for _ in chains]
-    for domain, x, mass in weights:
-        part = carried(builder, chains, domain, x, mass)
+    for domain, _, (x, mass) in (one for d, *both in weights for one in movers.apart(d, both)):
+        part = carried(movers, chains, domain, x, mass)
         if part is None:
             continue
         if part.tables:
@@ -40,8 +41,8 @@ def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
             fixed[part.component].append(Term(domain, mass_of(part), part.nodes))
     inertia = tuple(builder.added(one.count, terms) for one, terms in zip(chains, fixed))
     rates = tuple(builder.rates_of(one) for one in chains)
-    made = Assembly(builder, chains, parts)
-    return Articulation(tuple(chains), rates, inertia, tuple(made.joints()))
+    made = Assembly(builder, chains, parts, movers.rows)
+    return Articulation(tuple(chains), rates, inertia, tuple(made.joints()), movers.relative)
 
 
 def weights_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node, Node]]:
@@ -95,13 +96,58 @@ def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, int,
                 yield domain, axis, x, mass
 
 
-def chains_of(builder: FamilyBuilder, weights: Sequence[tuple[Domain, Node, Node]]) -> list[Chain]:
+class Movers:
+    """What moves places: coordinates, or sums of these if they are ``relative``."""
+
+    def __init__(self, builder: FamilyBuilder, relative: Relative | None) -> None:
+        self.builder, self.relative = builder, relative
+
+    def rows(self, slot: Slot) -> Places | None:
+        """The numbers of the joints' coordinates in a slot, NONE of what rests; None where it has others."""
+        if slot.array is self.builder.q:
+            if self.relative is not None and np.any(self.relative.before[slot.table] != NONE):
+                raise Unsuited  # such a coordinate is a difference of those of joints
+            return slot.table
+        if self.relative is not None and slot.array in self.relative.chains:
+            return self.relative.chains[slot.array][slot.table]  # type: ignore[index]
+        return None
+
+    def tables(self, node: Node) -> tuple[Places, ...]:
+        """The same of an expression that has nothing else that moves, but t."""
+        found = []
+        for _, slot in self.builder.slots.inside(node):
+            rows = self.rows(slot)
+            if rows is None:
+                if not lasts(self.builder, slot):
+                    raise Unsuited
+            elif np.any(rows != NONE):
+                found.append(rows)
+        return tuple(found)
+
+    def apart(self, domain: Domain, nodes: Sequence[Node]) -> Iterator[tuple[Domain, Places, list[Node]]]:
+        """Expressions of those members for which the same slots move: their domain, and which they are."""
+        every, slots = np.arange(domain.count), self.builder.slots
+        listed = [self.rows(slot) for node in nodes for _, slot in slots.inside(node)]
+        rests = [rows == NONE for rows in listed if rows is not None and np.any(rows == NONE)]
+        if not rests or all(one.all() for one in rests):
+            yield domain, every, [*nodes]
+            return
+        _, kinds = np.unique(np.array(rests), axis=1, return_inverse=True)
+        for kind in range(int(kinds.max()) + 1):
+            which = np.flatnonzero(kinds.reshape(-1) == kind)
+            own = Domain(len(which))
+            yield own, which, [placed(slots, node, own, which) for node in nodes]
+
+
+def chains_of(movers: Movers, weights: Sequence[tuple[Domain, Node, Node]]) -> list[Chain]:
     """The chains that particles are on: all of them have the same nodes."""
+    builder, sums = movers.builder, movers.relative.chains if movers.relative else {}
     found: dict[Chain, None] = {}
     for _, x, _ in weights:
         for _, slot in builder.slots.inside(x):
-            if isinstance(slot.array, Chain) and not constant_total(builder, slot.array):
-                found[slot.array] = None
+            array = slot.array
+            if isinstance(array, Chain) and array not in sums and not constant_total(builder, array):
+                found[array] = None
     chains = [*found]
     for one in chains:
         assert one.tree is not None and chains[0].tree is not None
@@ -116,13 +162,12 @@ def chains_of(builder: FamilyBuilder, weights: Sequence[tuple[Domain, Node, Node
     return chains
 
 
-def carried(
-    builder: FamilyBuilder, chains: Sequence[Chain], domain: Domain, x: Node, mass: Node
-) -> Part | None:
+def carried(movers: Movers, chains: Sequence[Chain], domain: Domain, x: Node, mass: Node) -> Part | None:
     """A component of particles' places, of that mass; None if it does not move."""
+    builder = movers.builder
     on = [(s, slot) for s, slot in builder.slots.inside(x) if slot.array in chains]
     if not on:
-        tables = moved_by(builder, x)
+        tables = movers.tables(x)
         if not tables and x.symbols & builder.time.symbols:
             raise Unsuited
         return Part(domain, x, mass, None, None, tables) if tables else None
@@ -131,36 +176,25 @@ def carried(
     if others or not constant(builder, scale):
         raise Unsuited
     rest = x / scale - symbol
-    tables = moved_by(builder, rest)
-    if rest.symbols & symbol.symbols or (not tables and not constant(builder, rest)):
+    tables = movers.tables(rest)
+    if rest.symbols & symbol.symbols or (not tables and rest.symbols & builder.time.symbols):
         raise Unsuited
     assert isinstance(slot.array, Chain)
     return Part(domain, rest, mass * scale * scale, chains.index(slot.array), slot.table, tables)
-
-
-def moved_by(builder: FamilyBuilder, node: Node) -> tuple[Places, ...]:
-    """The rows of the coordinates in an expression that has nothing else that moves, but t."""
-    tables = []
-    for _, slot in builder.slots.inside(node):
-        if slot.array is builder.q:
-            tables.append(slot.table)
-        elif slot.array.source not in (Source.PARAMETERS, Source.WHOLE) and not (
-            isinstance(slot.array, Total) and constant_total(builder, slot.array)
-        ):
-            raise Unsuited
-    return tuple(tables)
 
 
 def constant(builder: FamilyBuilder, node: Node) -> bool:
     """Whether it is a constant of the motion."""
     if node.symbols & builder.time.symbols:
         return False
-    for _, slot in builder.slots.inside(node):
-        if slot.array.source not in (Source.PARAMETERS, Source.WHOLE) and not (
-            isinstance(slot.array, Total) and constant_total(builder, slot.array)
-        ):
-            return False
-    return True
+    return all(lasts(builder, slot) for _, slot in builder.slots.inside(node))
+
+
+def lasts(builder: FamilyBuilder, slot: Slot) -> bool:
+    """The same of a slot."""
+    if slot.array.source in (Source.PARAMETERS, Source.WHOLE):
+        return True
+    return isinstance(slot.array, Total) and constant_total(builder, slot.array)
 
 
 def constant_total(builder: FamilyBuilder, total: Total) -> bool:

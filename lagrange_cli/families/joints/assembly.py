@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -20,10 +20,16 @@ ROUNDS = 4 * MOST
 
 
 class Assembly:
-    """Joins the parts that share coordinates."""
+    """Joins the parts that share coordinates; ``rows_of`` has the numbers of those in a slot, or None."""
 
-    def __init__(self, builder: FamilyBuilder, chains: Sequence[Chain], parts: Sequence[Part]) -> None:
-        self.builder, self.chains, self.parts = builder, chains, parts
+    def __init__(
+        self,
+        builder: FamilyBuilder,
+        chains: Sequence[Chain],
+        parts: Sequence[Part],
+        rows_of: Callable[[Slot], Places | None],
+    ) -> None:
+        self.builder, self.chains, self.parts, self.rows_of = builder, chains, parts, rows_of
         self.nodes, self.rows = chains[0].count if chains else 0, builder.q.count
         tree = chains[0].tree if chains else None
         self.parents = tree.parents if tree else np.zeros(0, dtype=np.int64)
@@ -139,17 +145,19 @@ class Assembly:
                 if own and part.component is not None:
                     move = moves[part.component] + move
                 weights.append(Weight(part.component, move, mass))
-        symbols: dict[Node, Slot] = {}
+        symbols: dict[Node, Places] = {}
         for node in (*moves, *(one.move for one in weights)):
-            inside = self.builder.slots.inside(node)
-            symbols |= {symbol: slot for symbol, slot in inside if slot.array is self.builder.q}
+            for symbol, slot in self.builder.slots.inside(node):
+                rows = self.rows_of(slot)
+                if rows is not None and np.all(rows != NONE):
+                    symbols[symbol] = rows
         has_node = nodes[0] != NONE
         if len(symbols) != size or (not size and not has_node):
             raise Unsuited
         if not has_node and not size:
             raise Unsuited
         return Joints(
-            domain, tuple(slot.table for slot in symbols.values()), tuple(symbols),
+            domain, tuple(symbols.values()), tuple(symbols),
             None if np.all(parents == NONE) else np.where(parents == NONE, self.nodes, parents),
             nodes if has_node else None,
             tuple(moves) if has_node else (), tuple(weights),

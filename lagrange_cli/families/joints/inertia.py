@@ -49,6 +49,8 @@ def momenta(builder: FamilyBuilder, found: Articulation) -> Total:
             for weight in one.weights:
                 p = p + graph.diff(weight.move, symbol) * weight.mass * speed(builder, found, one, weight)
             terms.append(Term(one.domain, p, rows))
+    if found.relative is not None:
+        terms = [*found.relative.on_coordinates(terms, builder.totals)]
     return total_of(builder.q.count, terms, graph)
 
 
@@ -75,25 +77,31 @@ def kinetic_terms(builder: FamilyBuilder, found: Articulation) -> Iterator[Term]
             yield Term(one.domain, 0.5 * weight.mass * v * v, np.zeros(one.domain.count, dtype=np.int64))
 
 
-def felt(builder: FamilyBuilder, found: Articulation, pushes: Sequence[Sequence[Term]]) -> Iterator[Term]:
-    """What acts on nodes, as coordinates feel it: F . dr/dq_k of all that a joint carries."""
-    return felt_of(builder.slots, builder.q, found, pushes, builder.totals)
-
-
-def felt_of(
-    slots: Slots, q: Array, found: Articulation, pushes: Sequence[Sequence[Term]], made: list[Total]
+def felt(
+    slots: Slots, found: Articulation, pushes: Sequence[Sequence[Term]], made: list[Total]
 ) -> Iterator[Term]:
-    """The same by ``slots`` of the coordinates ``q``; the totals that this takes are added to those
-    ``made``."""
-    for chain, terms in zip(found.nodes, pushes):
-        if terms:
-            whole = total_of(chain.count, terms, slots.graph, chain.tree, back=True)
-            made.append(whole)
-            for step in chain.terms:
-                push = slots.symbol(step.domain, whole, step.targets)
-                for symbol, slot in slots.inside(step.node):
-                    if slot.array is q:
-                        yield Term(step.domain, push * slots.graph.diff(step.node, symbol), slot.table)
+    """What acts on nodes, and on sums of coordinates behind these, as coordinates feel it: F . dr/dq_k of all
+    that a joint carries; the totals that this takes are added to those ``made``."""
+    terms, relative = felt_by_joints(slots, found, pushes, made), found.relative
+    if relative is None:
+        return terms
+    return relative.on_coordinates([*terms, *relative.on_sums(pushes[len(found.nodes) :])], made)
+
+
+def felt_by_joints(
+    slots: Slots, found: Articulation, pushes: Sequence[Sequence[Term]], made: list[Total]
+) -> Iterator[Term]:
+    """The same of the joints' coordinates."""
+    for component, (chain, terms) in enumerate(zip(found.nodes, pushes)):
+        if not terms:
+            continue
+        whole = total_of(chain.count, terms, slots.graph, chain.tree, back=True)
+        made.append(whole)
+        for one in found.joints:
+            if one.nodes is not None:
+                push = slots.symbol(one.domain, whole, one.nodes)
+                for symbol, rows in zip(one.coordinates, one.rows):
+                    yield Term(one.domain, push * slots.graph.diff(one.moves[component], symbol), rows)
 
 
 def curved(graph: Graph, found: Articulation, count: int) -> NDArray[np.bool_]:
@@ -105,4 +113,4 @@ def curved(graph: Graph, found: Articulation, count: int) -> NDArray[np.bool_]:
             slopes = [graph.diff(node, other) for node in nodes for other in one.coordinates]
             if any(slope.symbols & symbol.symbols for slope in slopes):
                 curved[rows] = True
-    return curved
+    return curved if found.relative is None else found.relative.behind(curved)

@@ -13,6 +13,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Chain, Domain, Total
+from lagrange_cli.families.joints.relative import Relative
 from lagrange_cli.records import dataclass
 
 
@@ -45,12 +46,13 @@ class Joints:
 @dataclass(frozen=True, eq=False)
 class Articulation:
     """``nodes`` has their places, and ``rates`` their velocities, and ``inertia`` the masses at them, one
-    array for each component."""
+    array for each component. The joints' coordinates may be sums of those of the system (``relative``)."""
 
     nodes: tuple[Chain, ...]
     rates: tuple[Total | None, ...]
     inertia: tuple[Total, ...]
     joints: tuple[Joints, ...]
+    relative: Relative | None = None
 
     @property
     def parents(self) -> Places:

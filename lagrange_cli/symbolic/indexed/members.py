@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, count
 from typing import Any
 
 import sympy
@@ -10,7 +11,7 @@ from sympy.core.basic import Atom
 
 from lagrange_cli.expression.symbolic_switches import OfExpressions
 from lagrange_cli.expression.vocabulary import TIME
-from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.conditions import Loop, changed
 from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, reduced
 from lagrange_cli.symbolic.order import Role
 
@@ -77,6 +78,8 @@ class Summed(OfExpressions):
         raise NotImplementedError  # ``derivatives`` has it: a symbol may be a member for some index only
 
 
+LETTERS = "ijklmnpq"
+"""Names of indices."""
 KNOWN: dict[str, tuple[str, tuple[Whole, ...]]] = {}
 """What the name of every symbol of a member stands for: the family, and the indices. A symbol of whole
 numbers has no family."""
@@ -133,7 +136,8 @@ def rate_of(expression: sympy.Expr, rate: Callable[[sympy.Symbol], sympy.Expr | 
 
 def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) -> sympy.Expr:
     """The expression with whole numbers in place of indices, and remainders left out that ``spans`` allow. An
-    index of a sum hides another of its name."""
+    index of a sum hides another of its name, and is called otherwise where it would hide one of these numbers
+    (capture-avoiding substitution: A. Church, The Calculi of Lambda-Conversion, 1941, sec. 6)."""
 
     def walk(one: sympy.Expr, known: Mapping[str, Whole], spans: Spans) -> sympy.Expr:
         def change(whole: Whole) -> Whole:
@@ -149,12 +153,18 @@ def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) ->
         if isinstance(one, Summed):
             loops = []
             for loop in one.loops:
-                known = {name: whole for name, whole in known.items() if name != loop.index}
-                spans = {name: span for name, span in spans.items() if name != loop.index}
-                made_loop = loop.changed(change)
-                if made_loop.names <= spans.keys():
-                    spans = {**spans, loop.index: made_loop.span(spans)}
-                loops.append(made_loop)
+                inner = {name: whole for name, whole in known.items() if name != loop.index}
+                index = fresh(loop.index, inner.values(), one)
+                if index != loop.index:
+                    inner[loop.index] = named(index)
+                start, stop = change(loop.start), change(loop.stop)
+                around, known = spans, inner
+                spans = {name: span for name, span in spans.items() if name != index}
+                conditions = tuple(changed(each, change) for each in loop.conditions)
+                renewed = Loop(index, start, stop, loop.step, conditions)
+                if start.names | stop.names <= around.keys():
+                    spans = {**spans, index: renewed.span(around)}
+                loops.append(renewed)
             return Summed(walk(one.body, known, spans), Loops(loops))
         if not one.args:
             return one
@@ -162,6 +172,15 @@ def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) ->
         return one if all(a is b for a, b in zip(arguments, one.args)) else one.func(*arguments)
 
     return walk(expression, known, spans)
+
+
+def fresh(index: str, numbers: Iterable[Whole], within: sympy.Expr) -> str:
+    """The index, or a letter of its own where the name is one of those in ``numbers``."""
+    taken = set[str]().union(*(one.names for one in numbers))
+    if index not in taken:
+        return index
+    taken |= names_in(within)
+    return next(one for one in chain(LETTERS, (f"{index}{k}" for k in count(1))) if one not in taken)
 
 
 def hidden(expression: sympy.Expr, count: Iterator[object]) -> sympy.Expr:

@@ -44,7 +44,10 @@ class ArticulatedJet(CorrectedJet):
         balance, fixed, arranged = self.balance, self.lasting.fixed, self.lasting.changed
         nodes = [arranged.get(one, one) for one in balance.found.nodes]
         rates = [one and arranged.get(one, one) for one in balance.found.rates]
+        self.sums = [*zip(balance.of_sums, balance.sums, balance.speeds)]
+        """Accelerations of sums of coordinates, these, and their velocities."""
         given = {one: None for one in (*nodes, *rates) if one is not None}
+        given |= {one: None for _, *both in self.sums for one in both}
         forces, arrays, series = self.of_joints()
         roots = [one for one in forces if one not in fixed]
         totals = needed(roots, self.slots, [*fixed, *given])
@@ -56,12 +59,13 @@ class ArticulatedJet(CorrectedJet):
             if {nodes[c], rates[c]} & (inside - {None}) or c in held
         ]
         """Nodes whose places or velocities forces depend on, or constraints."""
-        for _, *both in self.followed:
+        for _, *both in (*self.followed, *self.sums):
             for one in both:
                 if one is not None:
                     step = room(one.count)
                     self.planes[one] = self.take((self.order + 1) * step), step
-        self.starts = needed([one for _, *both in self.followed for one in both if one], self.slots, fixed)
+        starts = [one for _, *both in (*self.sums, *self.followed) for one in both if one]
+        self.starts = needed(starts, self.slots, fixed)
         for one in self.starts:
             if one not in self.planes:
                 self.planes[one] = self.take(room(one.count)), 0
@@ -92,12 +96,12 @@ class ArticulatedJet(CorrectedJet):
 
     @property
     def ahead(self) -> Collection[Array]:
-        return [self.system.q, *(place for _, place, _ in self.followed if place is not None)]
+        return [self.system.q, *(place for _, place, _ in (*self.followed, *self.sums) if place is not None)]
 
     def begin(self) -> None:
         if self.starts:
             self.evaluation(0).write(self.starts)
-            for _, place, rate in self.followed:
+            for _, place, rate in (*self.followed, *self.sums):
                 if place is not None and rate is not None:
                     self.follow(0, self.at(rate, 0), self.at(place, 1), place.count)
         super().begin()
@@ -151,10 +155,13 @@ class ArticulatedJet(CorrectedJet):
         super().advance(evaluation, k, rates)
         f, vectors = self.f, self.vectors
         one, two = vectors.divisor(k, 1), vectors.divisor(k, 2)
-        for c, place, rate_of in self.followed:
-            source = evaluation.where(self.balance.accelerations[c])
-            with f.loop(0, self.balance.count, LANES, tested=False) as i:
-                rate = vectors.divided(vectors.load_row(source, i + 1, LANES), one)
+        moved: list[tuple[Array, int, Array | None, Array | None]] = []
+        moved += [(self.balance.accelerations[c], 1, place, rate) for c, place, rate in self.followed]
+        moved += [(total, 0, place, rate) for total, place, rate in self.sums]
+        for accelerations, first, place, rate_of in moved:
+            source = evaluation.where(accelerations)
+            with f.loop(0, accelerations.count, LANES, tested=False) as i:
+                rate = vectors.divided(vectors.load_row(source, i + first, LANES), one)
                 if rate_of is not None:
                     vectors.store_row(rate, self.at(rate_of, k + 1), i)
                 if place is not None:

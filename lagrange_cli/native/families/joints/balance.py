@@ -19,8 +19,10 @@ from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
 
+import numpy as np
+
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Source, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.joints.kinds import JointKind
@@ -76,7 +78,7 @@ class Balance(NodeArrays):
     @property
     def final(self) -> Total:
         """The accelerations of coordinates, with those by contacts."""
-        return self.rates if self.touched is None else self.touched.rates
+        return self.of_coordinates if self.touched is None else self.touched.rates
 
     def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
         """What ``forces`` and ``loads`` do alone, with the same masses."""
@@ -108,10 +110,24 @@ class Balance(NodeArrays):
             one.strained()
         rates = [term for one in self.kinds for term in one.accelerated()]
         self.rates = self.total(self.system.q.count, rates, kept=False)
+        """The accelerations of the joints' coordinates."""
+        self._sum_up()
         locks = self.system.modes and self.system.modes.locks
         self.other = self.arrange(locks.other, kept=False) if locks else None
         self.left = None if self.other is None else self._left(self.other)
         """What would move coordinates that are held, and the forces on these without what holds them."""
+
+    def _sum_up(self) -> None:
+        """Accelerations of coordinates where those of joints are sums of these, and of these sums."""
+        relative, self.of_coordinates, self.of_sums = self.found.relative, self.rates, list[Total]()
+        if relative is None:
+            return
+        self.of_coordinates = self.total(self.rates.count, [*relative.rates(self.rates)], kept=False)
+        for one, ends in relative.chains.items():
+            members = np.flatnonzero(ends != NONE)
+            domain = Domain(len(members))
+            node = self.slots.symbol(domain, self.rates, ends[members])
+            self.of_sums.append(self.total(one.count, [Term(domain, node, members)], kept=False))
 
     def _gates_of_nodes(self) -> Sequence[Total]:
         if self.gates is None:
@@ -156,13 +172,19 @@ class Balance(NodeArrays):
     @cached_property
     def moved(self) -> Sequence[Total]:
         """q_ddot."""
-        return [*(total for kind in self.kinds for total in kind.change), self.rates]
+        return [*(total for kind in self.kinds for total in kind.change), self.rates, *self.differences]
 
     @cached_property
     def after(self) -> Sequence[Total]:
         """Afterwards."""
         mine = [total for kind in self.kinds for total in (*kind.change, *kind.strain)]
-        return [*mine, *self.strain, self.rates, *([] if self.left is None else [self.left])]
+        left = [] if self.left is None else [self.left]
+        return [*mine, *self.strain, self.rates, *self.differences, *left]
+
+    @property
+    def differences(self) -> Sequence[Total]:
+        """What follows from ``rates``, where joints' coordinates are sums."""
+        return () if self.of_coordinates is self.rates else (self.of_coordinates, *self.of_sums)
 
     @property
     def arrays(self) -> Sequence[Array]:
@@ -197,7 +219,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
         node = simple(move)
         if node.kind is not node.kind.NUMBER:
             rate = graph.ddt(graph.ddt(node))
-            pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(joints.coordinates, pushed)]
+            pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(kind.coordinates, pushed)]
             if pairs:
                 jolt = graph.sum(pairs)
                 unknowns |= dict.fromkeys(u for u in pushed if jolt.symbols & u.symbols)
@@ -206,7 +228,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
                     terms.append((Term(kind.domain, jolt, places), touched.jolts[k]))
             terms.append((Term(kind.domain, rate, places), rest))
         force = balance.slots.symbol(kind.domain, strain, places)
-        for b, symbol in zip(kind.bends, joints.coordinates):
+        for b, symbol in zip(kind.bends, kind.coordinates):
             slope = graph.diff(node, symbol)
             if slope.is_zero:
                 continue
@@ -226,4 +248,4 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
     change = [kind.own(one) for one in kind.change]
     if touched is not None:
         change = [kind.at_rows(touched.rates, b) for b in kind.bends]
-    return Local(kind.domain, [*terms, *slopes], len(slopes), joints.coordinates, [*unknowns], change)
+    return Local(kind.domain, [*terms, *slopes], len(slopes), kind.coordinates, [*unknowns], change)

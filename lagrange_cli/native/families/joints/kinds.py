@@ -25,6 +25,7 @@ class JointKind(KindSymbols):
     def __init__(self, balance: NodeArrays, joints: Joints) -> None:
         self.balance, self.joints, self.graph = balance, joints, balance.graph
         self.domain, self.every = joints.domain, np.arange(joints.domain.count)
+        self.coordinates = tuple(map(balance.arranged_symbol, joints.coordinates))
         self.is_node, self.hangs = joints.nodes is not None, joints.parents is not None
         self.bends, count = range(len(joints.rows)), joints.domain.count
         self.slopes = {(s, b): array(count) for s, _ in enumerate(joints.weights) for b in self.bends}
@@ -272,4 +273,4 @@ class JointKind(KindSymbols):
     @cached_property
     def moving(self) -> int:
         """The symbols of what moves."""
-        return union((self.balance.system.time, *self.joints.coordinates))
+        return union((self.balance.system.time, *self.coordinates))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.joints import Articulation
@@ -40,6 +41,10 @@ class NodeArrays:
         self.slots, self.graph = system.slots, system.slots.graph
         found: Articulation = self.found
         self.count, locks = found.count, system.modes and system.modes.locks
+        relative = found.relative
+        self.sums = [arranged(one) for one in relative.chains] if relative else []
+        self.speeds = [arranged(one) for one in relative.speeds] if relative else []
+        """Sums of coordinates that are those of joints, and their velocities."""
         self.carries = [arranged(one) for one in locks.carries] if locks else []
         """What accelerations of coordinates that stick are of those of the joints before, one by one."""
         self.places = range(len(found.nodes))
@@ -69,6 +74,13 @@ class NodeArrays:
         """What part of B goes on to the parent."""
         self.accelerations = [array(many) for _ in self.axes]
         """Those of nodes, behind one of what does not move."""
+
+    def arranged_symbol(self, symbol: Node) -> Node:
+        """The symbol of a coordinate of joints, by the arrays that are computed."""
+        slot = self.slots.of[symbol]
+        if not isinstance(slot.array, Total):
+            return symbol
+        return self.slots.symbol(slot.domain, self.arrange(slot.array), slot.table)
 
     def total(self, count: int, terms: Sequence[Term], *, kept: bool = True) -> Total:
         """A total; one that is changed afterwards is not ``kept`` for the whole motion."""

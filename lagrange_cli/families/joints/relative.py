@@ -1,0 +1,231 @@
+"""Coordinates relative to those of the joint before, as the angles between the links of an arm are.
+
+Where places depend on sums alone, as on the angles th[i] = th[i - 1] + phi[i], these sums are coordinates of
+the joints, too: u_k = a_k q_k + u_j, with j ``before`` k. M of u couples joints to their neighbours, that of
+q all to all. So joints are those of u, and with u_dot = C q_dot
+
+    q_ddot_k = (u_ddot_k - u_ddot_j)/a_k,    Q = C^T F,    p = C^T p_u,
+
+for forces F and momenta p_u that belong to u (as for any coordinates: L. A. Pars, A Treatise on Analytical
+Dynamics, 1965, sec. 6.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import (
+    NONE,
+    Array,
+    Chain,
+    Domain,
+    Slot,
+    Slots,
+    Source,
+    Term,
+    Total,
+    Tree,
+    placed,
+    total_of,
+    tree_of,
+)
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Numbers: TypeAlias = NDArray[np.float64]
+    Flags: TypeAlias = NDArray[np.bool_]
+    Division: TypeAlias = Callable[[Numbers], Numbers]
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """What some coordinates, in these ``rows``, add: ``factor`` times each to those ``before`` them, if there
+    are any."""
+
+    domain: Domain
+    rows: Places
+    before: Places | None
+    factor: Node
+
+
+@dataclass(frozen=True, eq=False)
+class Relative:
+    """``chains`` have the sums: the number of the coordinate that each member of these ends with (NONE: it
+    rests); ``speeds`` have their velocities. ``steps`` are those of all coordinates."""
+
+    slots: Slots
+    chains: Mapping[Chain, Places]
+    speeds: Sequence[Total]
+    before: Places
+    steps: Sequence[Steps]
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The tree of the coordinates."""
+        return tree_of(self.before)
+
+    def rates(self, of_joints: Array) -> Iterator[Term]:
+        """q_ddot, from u_ddot."""
+        for one in self.steps:
+            node = self.slots.symbol(one.domain, of_joints, one.rows)
+            if one.before is not None:
+                node = node - self.slots.symbol(one.domain, of_joints, one.before)
+            yield Term(one.domain, node / one.factor, one.rows)
+
+    def forces(self, own: Total, loads: Sequence[Total]) -> Iterator[Term]:
+        """F, from Q by coordinates of their ``own`` and, with the opposite sign, by those on sums."""
+        for one in self.steps if own.terms else ():
+            node = self.slots.symbol(one.domain, own, one.rows) / one.factor
+            yield Term(one.domain, node, one.rows)
+            if one.before is not None:
+                yield Term(one.domain, -node, one.before)
+        for term in self.on_sums([one.terms for one in loads]):
+            yield replace(term, node=-term.node)
+
+    def on_sums(self, pushes: Sequence[Sequence[Term]]) -> Iterator[Term]:
+        """What acts on the members of ``chains``, as the joints' coordinates feel it."""
+        for push, ends in zip(pushes, self.chains.values()):
+            for term in push:
+                kept = np.flatnonzero(ends[term.targets] != NONE)
+                domain = term.domain if len(kept) == term.domain.count else Domain(len(kept))
+                yield Term(domain, placed(self.slots, term.node, domain, kept), ends[term.targets[kept]])
+
+    def on_coordinates(self, terms: Iterable[Term], made: list[Total]) -> Iterator[Term]:
+        """Q from F, or p from p_u; the totals that this takes are added to those ``made``."""
+        whole = total_of(len(self.before), terms, self.slots.graph, self.tree, back=True)
+        if whole.terms:
+            made.append(whole)
+            for one in self.steps:
+                yield Term(one.domain, one.factor * self.slots.symbol(one.domain, whole, one.rows), one.rows)
+
+    def divided(self, divide: Division, numbers: FamilyValues) -> Division:
+        """M^-1 b (coordinates, columns) of q, from that of u; ``numbers`` are those of a state."""
+        factors, has = np.ones((len(self.before), 1)), self.before != NONE
+        for one in self.steps:
+            factors[one.rows, 0] = numbers.node(one.factor)
+
+        def divided(right: Numbers) -> Numbers:
+            scaled = right / factors
+            forces = scaled.copy()
+            np.subtract.at(forces, self.before[has], scaled[has])
+            found = divide(forces)
+            relative = found.copy()
+            relative[has] -= found[self.before[has]]
+            return np.asarray(relative / factors)
+
+        return divided
+
+    def behind(self, chosen: Flags) -> Flags:
+        """Which coordinates move some of the joints' that are ``chosen`` (flags)."""
+        found: Flags = chosen.copy()
+        for k in reversed(self.tree.order.tolist()):
+            if found[k] and self.before[k] != NONE:
+                found[self.before[k]] = True
+        return found
+
+
+def relative(builder: FamilyBuilder, places: Iterable[Node]) -> Relative | None:
+    """The sums of coordinates that ``places`` depend on otherwise than by an addition; None if there are
+    none. Raises ``Unsuited`` where coordinates are in different sums."""
+    chains = [*dict.fromkeys(found for x in places for found in within(builder, x))]
+    if not chains:
+        return None
+    count = builder.q.count
+    before, owned = np.full(count, NONE, dtype=np.int64), np.zeros(count, dtype=bool)
+    ends, steps = dict[Chain, Places](), list[Steps]()
+    for chain in chains:
+        assert chain.tree is not None
+        own, pieces = np.full(chain.count, NONE, dtype=np.int64), [*pieces_of(builder, chain)]
+        for term, slot, _ in pieces:
+            if np.any(own[term.targets] != NONE):
+                raise Unsuited  # two coordinates of one joint
+            own[term.targets] = slot.table
+        ends[chain] = at = ends_of(own, chain.tree)
+        parents = chain.tree.parents
+        for term, slot, factor in pieces:
+            up = np.where(parents[term.targets] == NONE, NONE, at[parents[term.targets]])
+            known = owned[slot.table]
+            if np.any(known):
+                alike = np.array_equal(before[slot.table], up) and factor is builder.graph.one
+                if not known.all() or not alike:
+                    raise Unsuited
+                continue
+            owned[slot.table], before[slot.table] = True, up
+            steps += steps_of(builder.slots, slot.table, up, factor)
+    others = np.flatnonzero(~owned)
+    if len(others):
+        steps.append(Steps(Domain(len(others)), others, None, builder.graph.one))
+    speeds = [one for chain in ends if (one := builder.rates_of(chain)) is not None]
+    made = Relative(builder.slots, ends, speeds, before, tuple(steps))
+    made.tree  # noqa: B018 - refuses coordinates that follow from themselves
+    return made
+
+
+def steps_of(slots: Slots, rows: Places, before: Places, factor: Node) -> Iterator[Steps]:
+    """Those of coordinates that have one before, and of those that have none."""
+    for has in (True, False):
+        members = np.flatnonzero((before != NONE) == has)
+        if len(members):
+            domain = Domain(len(members))
+            own = placed(slots, factor, domain, members)
+            yield Steps(domain, rows[members], before[members] if has else None, own)
+
+
+def ends_of(own: Places, tree: Tree) -> Places:
+    """The coordinate of each member, or else of the nearest one before that has any."""
+    found: Places = own.copy()
+    for member in tree.order.tolist():
+        if found[member] == NONE and tree.parents[member] != NONE:
+            found[member] = found[tree.parents[member]]
+    return found
+
+
+def within(builder: FamilyBuilder, x: Node) -> Iterator[Chain]:
+    """The sums of coordinates that a place depends on otherwise than by an addition, or chains of places
+    do that it is made of."""
+    for symbol, slot in builder.slots.inside(x):
+        if not isinstance(slot.array, Chain):
+            continue
+        scale = builder.graph.diff(x, symbol)
+        if scale.symbols & symbol.symbols and is_sum(builder, slot.array):
+            yield slot.array
+        for term in slot.array.terms:
+            inner = [one.array for _, one in builder.slots.inside(term.node)]
+            yield from (one for one in inner if isinstance(one, Chain) and is_sum(builder, one))
+
+
+def is_sum(builder: FamilyBuilder, chain: Chain) -> bool:
+    """Whether a chain adds up coordinates, each times a constant."""
+    try:
+        return any(True for _ in pieces_of(builder, chain))
+    except Unsuited:
+        return False
+
+
+def pieces_of(builder: FamilyBuilder, chain: Chain) -> Iterator[tuple[Term, Slot, Node]]:
+    """The terms of a sum that have a coordinate, this, and its factor. Raises ``Unsuited`` where a term is
+    none of a sum of coordinates."""
+    lasting = Source.PARAMETERS, Source.WHOLE
+    for term in chain.terms:
+        inside = [*builder.slots.inside(term.node)]
+        own = [(s, slot) for s, slot in inside if slot.array is builder.q]
+        others = [slot for _, slot in inside if slot.array is not builder.q]
+        known = all(slot.array.source in lasting for slot in others)
+        if chain.back or not known or len(own) > 1 or term.node.symbols & builder.time.symbols:
+            raise Unsuited
+        for symbol, slot in own:
+            factor = builder.graph.diff(term.node, symbol)
+            if factor.symbols & symbol.symbols:
+                raise Unsuited
+            yield term, slot, factor

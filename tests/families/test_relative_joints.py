@@ -1,0 +1,120 @@
+"""Chains and trees whose joints have relative coordinates, as the angles between the links of an arm: they
+move as in absolute ones, and as with members written out."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.spec.read import read_spec
+from tests.families.test_chains import fewest
+from tests.support.families import alike, followed
+
+WRITTEN = frozenset(["q", "v", "h", "p", "positions", "energy", "a", "ledger"])
+ARM = """
+sizes: {{N: {count}}}
+parameters: {{g: 9.81, k: {k}, "l[i in range(N)]": "0.5 + 0.1*sin(3*i)",
+  "m[i in range(N)]": "1 + 0.2*cos(i)"}}
+coordinates:
+  {base}"phi[i in range(N)]": {{initial: "{seed}*sin(i + {seed})", velocity: "0.3*cos({seed}*i)"}}
+definitions:
+  {angles}
+  x[0]: "{x} + l[0]*cos(th[0])"
+  y[0]: "{y} + l[0]*sin(th[0])"
+  x[i in range(1, N)]: "x[{parent}] + l[i]*cos(th[i])"
+  y[i in range(1, N)]: "y[{parent}] + l[i]*sin(th[i])"
+{masses}
+potential:
+  weight: sum(m[i]*g*b[i].y for i in range(N))
+  springs: sum(2*(1 - cos(phi[i])) for i in range(1, N))
+  level: sum(0.3*sin(th[i]) for i in range(N))
+{more}
+"""
+ANGLES = {
+    "one after the other": "th[0]: phi[0]\n  th[i in range(1, N)]: th[i - 1] + phi[i]",
+    "a sum": "th[i in range(N)]: sum(phi[j] for j in range(i + 1))",
+    "times a factor, from a direction": "th[0]: k*phi[0] - pi/2\n  "
+    "th[i in range(1, N)]: th[i - 1] + k*phi[i] + pi/7",
+    "geared": "th[0]: phi[0]\n  th[i in range(1, N)]: th[i - 1] + l[i]*phi[i]",
+    "a tree": "th[0]: phi[0]\n  th[i in range(1, N)]: th[(i - 1)//2] + phi[i]",
+}
+MASSES = {
+    "points": 'masses: {{"b[i in range(N)]": "m[i]"}}\nembedding: {{"b[i in range(N)]": "[x[i], y[i]]"}}',
+    "centres": 'masses: {{"b[i in range(N)]": "m[i]"}}\nembedding:\n  "b[i in range(N)]": '
+    '"[x[i] - l[i]/2*cos(th[i]), y[i] - l[i]/2*sin(th[i])]"',
+    "bodies": """bodies:
+  b[i in range(N)]:
+    {{mass: "m[i]", inertia: [0.1, 0.1, "m[i]*l[i]**2/12"], position: "[x[i], y[i], 0]",
+      orientation: {{euler: ["th[i]", 0, 0], sequence: zxz}}}}""",
+}
+BASES = {
+    "fixed": ("", "0", "0"),
+    "driven": ("", "0.1*sin(2*t)", "0"),
+    "free": ("X: {initial: 0.1, velocity: 0.3}\n  Y: {initial: -0.2}\n  ", "X", "Y"),
+}
+FORCES = {
+    "none": "",
+    "motors": 'generalized_forces: {"phi[i in range(N)]": "sin(t + i) - 0.1*phi_dot[i]"}',
+    "oil": "dissipation: sum(0.1*phi_dot[i]**2 for i in range(N)) + sum(0.05*th_dot[i]**2 for i in range(N))",
+    "wind": 'forces: {"b[i in range(N)]": "WIND"}',
+}
+
+
+def text(count: int, angles: str, masses: str, base: str, forces: str, seed: float) -> str:
+    """An arm."""
+    free, x, y = BASES[base]
+    more = FORCES[forces].replace(
+        "WIND", "[0.3*cos(t), 0.1, 0]" if masses == "bodies" else "[0.3*cos(t), 0.1]"
+    )
+    if forces == "oil":
+        more = more.replace("th_dot[i]**2", "phi_dot[i]**2*(1 + cos(th[i])**2)")
+    return ARM.format(
+        count=count, angles=ANGLES[angles], masses=MASSES[masses].format(), base=free, x=x, y=y, k=0.7,
+        more=more, seed=seed, parent="(i - 1)//2" if angles == "a tree" else "i - 1",
+    )  # fmt: skip
+
+
+@pytest.mark.exhaustive(keep=6)
+@pytest.mark.parametrize("count", [2, 3, 8, 9])
+@pytest.mark.parametrize("masses", MASSES)
+@pytest.mark.parametrize("angles", ANGLES)
+def test_arms_move_as_with_members_written_out(
+    angles: str, masses: str, count: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chance = random.Random(f"{pytestconfig.option.seed} {angles} {masses} {count}")
+    seed, method = round(chance.uniform(0.3, 1.0), 2), chance.choice(["taylor", "ias15"])
+    bases = [*BASES] if masses == "bodies" else ["fixed", "driven"]  # else M may be singular
+    given = text(count, angles, masses, chance.choice(bases), chance.choice([*FORCES]), seed)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    fewest(monkeypatch, 0)
+    system = systems.family_system(read_spec(given, "arm.yaml"))
+    assert system is not None and system.joints is not None and system.joints.relative is not None
+    _, found = followed(given, WRITTEN, stop=0.3, method=method)
+    fewest(monkeypatch, 10**9)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
+    _, expected = followed(given, WRITTEN, stop=0.3, method=method)
+    alike(found.data, expected.data, 2.0**-36, given)
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+def test_long_arms_take_as_many_steps_as_in_absolute_angles(method: str) -> None:
+    """100 links. With members written out the accelerations, differences of large ones, had few digits, and
+    20 links took 30 times as many steps."""
+    relative = text(100, "one after the other", "points", "fixed", "none", 0.5)
+    absolute = relative.replace(
+        '"phi[i in range(N)]": {initial: "0.5*sin(i + 0.5)", velocity: "0.3*cos(0.5*i)"}',
+        '"th[i in range(N)]": {initial: "sum(0.5*sin(j + 0.5) for j in range(i + 1))", '
+        'velocity: "sum(0.3*cos(0.5*j) for j in range(i + 1))"}',
+    )
+    absolute = absolute.replace(f"  {ANGLES['one after the other']}\n", "")
+    absolute = absolute.replace("cos(phi[i])", "cos(th[i] - th[i - 1])")
+    found, expected = (
+        followed(one, WRITTEN - {"a", "p"}, 0.2, method=method)[1] for one in (relative, absolute)
+    )
+    assert found.outcome.steps <= 2 * expected.outcome.steps
+    most = 2.0**-40 if method in ("taylor", "ias15") else 1e-7
+    off = np.cumsum(found["q/phi"], axis=1) - expected["q/th"]
+    assert np.max(np.abs(off)) < most
