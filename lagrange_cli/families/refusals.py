@@ -17,6 +17,10 @@ CUTS = (
     "write it with sin, cos or the square of the angle, which do not",
 )
 """What members are written out for, and how to do without."""
+RELATIVE = (
+    "constraints, dry friction or impacts that reduce the speed, on links whose angles are sums of coordinates",
+    "make these angles the coordinates, and write the others as their differences",
+)
 
 
 def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Total]) -> None:
@@ -43,14 +47,14 @@ def refuse_others(system: FamilySystem) -> None:
 
 
 def refuse_holding(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where something may hold coordinates, or actions set some, and M is not diagonal; or
-    constraints do, too, and the coordinates of joints are sums of these."""
+    """Raise ``Unsuited`` where something may hold coordinates, and M is not diagonal or the coordinates of
+    joints are sums of these; or where actions set some with such an M, or constraints are on such joints."""
     relative = system.joints is not None and system.joints.relative is not None
     if system.coupled_masses is None and not relative:
         return
-    if relative and system.bonds is not None:
-        raise Unsuited
     modes = None if system.smooth is None else system.smooth.modes
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)
-    if holding or (system.events is not None and system.events.changed.size):
+    if relative and (holding or system.bonds is not None):
+        raise Unsuited(*RELATIVE)
+    if holding or (not relative and system.events is not None and system.events.changed.size):
         raise Unsuited

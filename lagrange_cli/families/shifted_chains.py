@@ -7,12 +7,12 @@ comes behind one joint: c[i] is the end of link i.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Tree, placed
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slots, Term, Tree, placed
 from lagrange_cli.mechanics.multiplied_out import monomials
 
 
@@ -20,11 +20,11 @@ def shifted(
     slots: Slots, q: Array, terms: Sequence[Term], tree: Tree
 ) -> tuple[Sequence[Term], Sequence[Term]]:
     """What is added from c to c, from the ``terms`` that are added from x to x, one for each member; and c -
-    x of the members that have it. There is none if no coordinate moves two members."""
+    x of the members that have it. There is none if no coordinate moves two members, and no sum of these."""
     parents, owners = tree.parents, owners_of(slots, q, terms, tree.order)
     own, before = list[Term](), list[Term]()
     for term in terms:
-        for mine, theirs in parted(slots, q, term, owners, parents):
+        for mine, theirs in parted(slots, term, owners, parents):
             own.append(mine)
             if not theirs.node.is_zero:
                 before.append(theirs)
@@ -34,22 +34,23 @@ def shifted(
     return [*together(slots, own, before, len(parents))], before
 
 
-def owners_of(slots: Slots, q: Array, terms: Sequence[Term], order: Places) -> Places:
-    """For each coordinate the first member in this order that it moves."""
+def owners_of(slots: Slots, q: Array, terms: Sequence[Term], order: Places) -> dict[Array, Places]:
+    """For each coordinate the first member in this order that it moves, and for each sum of these."""
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    owners = np.full(q.count, NONE, dtype=np.int64)
+    found: dict[Array, Places] = {}
     for term in terms:
         for _, slot in slots.inside(term.node):
-            if slot.array is q:
+            if slot.array is q or isinstance(slot.array, Chain):
+                owners = found.setdefault(slot.array, np.full(slot.array.count, NONE, dtype=np.int64))
                 known = owners[slot.table]
                 first = (known == NONE) | (rank[term.targets] < rank[known])
                 owners[slot.table[first]] = term.targets[first]
-    return owners
+    return found
 
 
 def parted(
-    slots: Slots, q: Array, term: Term, owners: Places, parents: Places
+    slots: Slots, term: Term, owners: Mapping[Array, Places], parents: Places
 ) -> Iterator[tuple[Term, Term]]:
     """What coordinates of the members themselves add, and at the members before what their coordinates alone
     add; those members together for which the same addends are of this kind."""
@@ -57,9 +58,9 @@ def parted(
     listed = [(term.node, 1.0)] if listed is None else listed
     inherited = np.zeros((len(listed), term.domain.count), dtype=bool)
     for k, (one, _) in enumerate(listed):
-        rows = [slot.table for _, slot in slots.inside(one) if slot.array is q]
-        if rows:
-            inherited[k] = np.all([owners[row] == up for row in rows], axis=0)
+        moving = [(owners[slot.array], slot.table) for _, slot in slots.inside(one) if slot.array in owners]
+        if moving:
+            inherited[k] = np.all([found[table] == up for found, table in moving], axis=0)
     kinds, labels = np.unique(inherited, axis=1, return_inverse=True)
     for label, kind in enumerate(kinds.T):
         members = np.flatnonzero(labels.reshape(-1) == label)

@@ -297,12 +297,14 @@ class SumBuilder(Builder):
 
 
 def rounds(tree: Sum, indices: Mapping[str, int]) -> int:
-    """About how many terms a sum has, with those of sums that it is a sum of."""
+    """About how many terms a sum has, with those of sums that it is a sum of: as many as there are of its
+    first index or of its last one, as pairs with i < j have none of the last."""
     values = counted(tree, indices)
     if not isinstance(tree.body, Sum) or not 0 < len(values) < MANY:
         return len(values)
     try:
-        return len(values) * rounds(tree.body, {**indices, tree.index: values[-1]})
+        ends = ({**indices, tree.index: value} for value in (values[0], values[-1]))
+        return len(values) * max(rounds(tree.body, one) for one in ends)
     except ExpressionError:  # which is reported by who goes through the terms
         return len(values)
 

@@ -22,6 +22,7 @@ from lagrange_cli.families.impacts.impacts import COUPLED, impacts_of
 from lagrange_cli.families.impacts.joint_contacts import apart, impacts_on_joints
 from lagrange_cli.families.impacts.reflection import EventStates, turned
 from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.refusals import RELATIVE
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
@@ -141,6 +142,8 @@ def on_joints(
     slowing, impacts = np.flatnonzero(impact & touched & ~reflected), None
     simple, pairs = simple_in(events, read)
     if len(slowing):
+        if found.relative is not None:
+            raise Unsuited(*RELATIVE)
         impacts = impacts_on_joints(builder, events, slowing, found, bound)
         contacts = None if impacts is None else impacts.contacts
         if isinstance(contacts, Coupled):  # their forces change with velocities of their trees
