@@ -27,8 +27,10 @@ class Reversal:
         if system.modes is not None and system.modes.locks is not None:
             self._known[system.modes.locks.left] = system.modes.locks.left
         joints = system.joints
-        self._places = {*joints.nodes} if joints else set[Total]()
-        self._speeds = {one for one in joints.rates if one is not None} if joints else set[Total]()
+        self._places = {place for place, _ in joints.followed} if joints else set[Total]()
+        self._speeds = (
+            {speed for _, speed in joints.followed if speed is not None} if joints else set[Total]()
+        )
 
     def of(self, total: Total, sign: float = 1.0) -> Total:
         """A total, or its opposite."""

@@ -94,7 +94,7 @@ class FamilySystem:
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
     With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what
-    acts on nodes, with the opposite sign.
+    acts on nodes, and on sums of coordinates behind these, with the opposite sign.
     """
 
     spec: Spec

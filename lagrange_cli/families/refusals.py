@@ -18,7 +18,7 @@ CUTS = (
 )
 """What members are written out for, and how to do without."""
 RELATIVE = (
-    "constraints, dry friction or impacts that reduce the speed, on links whose angles are sums of coordinates",
+    "constraints or impacts that reduce the speed, on links whose angles are sums of coordinates",
     "make these angles the coordinates, and write the others as their differences",
 )
 
@@ -53,8 +53,10 @@ def refuse_holding(system: FamilySystem) -> None:
     if system.coupled_masses is None and not relative:
         return
     modes = None if system.smooth is None else system.smooth.modes
+    if relative:
+        if system.bonds is not None or (modes is not None and modes.sticking is not None):
+            raise Unsuited(*RELATIVE)
+        return
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)
-    if relative and (holding or system.bonds is not None):
-        raise Unsuited(*RELATIVE)
-    if holding or (not relative and system.events is not None and system.events.changed.size):
+    if holding or (system.events is not None and system.events.changed.size):
         raise Unsuited

@@ -238,10 +238,6 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         total_of(one.count, [*one.terms, *(Term(t.domain, -t.node, t.targets) for t in push)], graph)
         for one, push in zip(loads, pushes)
     ]
-    if found.relative is not None:
-        pulls, sums = pulls[: len(found.nodes)], pulls[len(found.nodes) :]
-        beside.append(forces)
-        forces = total_of(forces.count, found.relative.forces(forces, sums), graph)
     energy = builder.added(1, [*kinetic_terms(builder, found)])
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
     applied = total_of(builder.q.count, [*terms, *felt(slots, found, pushes, builder.totals)], graph)

@@ -99,18 +99,63 @@ def test_arms_move_as_with_members_written_out(
     alike(found.data, expected.data, 2.0**-36, given)
 
 
-@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
-def test_long_arms_take_as_many_steps_as_in_absolute_angles(method: str) -> None:
-    """100 links. With members written out the accelerations, differences of large ones, had few digits, and
-    20 links took 30 times as many steps."""
-    relative = text(100, "one after the other", "points", "fixed", "none", 0.5)
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("strength", [0.01, 0.5, 5.0])
+@pytest.mark.parametrize("count", [2, 3, 8, 9])
+@pytest.mark.parametrize("angles", [*ANGLES])
+def test_dry_friction_holds_links_as_with_members_written_out(
+    angles: str, count: int, strength: float, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chance = random.Random(f"{pytestconfig.option.seed} {angles} {strength} {count}")
+    given = text(count, angles, chance.choice([*MASSES]), "fixed", "none", round(chance.uniform(0.3, 1.0), 2))
+    given = given.replace("0.3*cos(", f"{chance.choice([0, 0.3])}*cos(")
+    given += f"dissipation: sum({strength}*(1 + 0.1*i)*abs(phi_dot[i]) for i in range(N))\n"
+    outputs = frozenset(["q", "v", "positions"])  # with others, members are written out
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    fewest(monkeypatch, 0)
+    system = systems.family_system(read_spec(given, "arm.yaml"))
+    assert system is not None and system.smooth is not None and system.smooth.modes is not None
+    assert system.smooth.modes.locks is not None and system.smooth.modes.locks.carries
+    _, found = followed(given, outputs, stop=0.3)
+    fewest(monkeypatch, 10**9)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
+    _, expected = followed(given, outputs, stop=0.3)
+    alike(found.data, expected.data, 2.0**-33, given)
+
+
+def test_long_arms_with_dry_friction_are_held_as_in_absolute_angles() -> None:
+    """60 links. With members written out 15 took steps without an end."""
+    relative = text(60, "one after the other", "points", "fixed", "none", 0.5)
+    relative += "dissipation: sum(0.5*abs(phi_dot[i]) for i in range(N))\n"
+    absolute = in_absolute_angles(relative)
+    absolute = absolute.replace(
+        "sum(0.5*abs(phi_dot[i]) for i in range(N))",
+        "0.5*abs(th_dot[0]) + sum(0.5*abs(th_dot[i] - th_dot[i - 1]) for i in range(1, N))",
+    )
+    found, expected = (followed(one, frozenset(["q", "v"]), 0.2)[1] for one in (relative, absolute))
+    assert found.outcome.steps <= 2 * expected.outcome.steps
+    held = found["v/phi"] == 0.0
+    assert np.any(held[-1]) and not np.all(held[-1])
+    assert np.max(np.abs(np.cumsum(found["q/phi"], axis=1) - expected["q/th"])) < 2.0**-36
+
+
+def in_absolute_angles(relative: str) -> str:
+    """The same arm, with the directions of its links as coordinates."""
     absolute = relative.replace(
         '"phi[i in range(N)]": {initial: "0.5*sin(i + 0.5)", velocity: "0.3*cos(0.5*i)"}',
         '"th[i in range(N)]": {initial: "sum(0.5*sin(j + 0.5) for j in range(i + 1))", '
         'velocity: "sum(0.3*cos(0.5*j) for j in range(i + 1))"}',
     )
     absolute = absolute.replace(f"  {ANGLES['one after the other']}\n", "")
-    absolute = absolute.replace("cos(phi[i])", "cos(th[i] - th[i - 1])")
+    return absolute.replace("cos(phi[i])", "cos(th[i] - th[i - 1])")
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+def test_long_arms_take_as_many_steps_as_in_absolute_angles(method: str) -> None:
+    """100 links. With members written out the accelerations, differences of large ones, had few digits, and
+    20 links took 30 times as many steps."""
+    relative = text(100, "one after the other", "points", "fixed", "none", 0.5)
+    absolute = in_absolute_angles(relative)
     found, expected = (
         followed(one, WRITTEN - {"a", "p"}, 0.2, method=method)[1] for one in (relative, absolute)
     )

@@ -8,6 +8,8 @@ equations of motion couple a joint to its parent and its children only (see
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
@@ -60,6 +62,13 @@ class Articulation:
         return (
             self.nodes[0].tree.parents if self.nodes and self.nodes[0].tree else np.zeros(0, dtype=np.int64)
         )
+
+    @property
+    def followed(self) -> Iterator[tuple[Total, Total | None]]:
+        """The places of nodes, and sums of coordinates that joints have, with their velocities."""
+        yield from zip(self.nodes, self.rates)
+        if self.relative is not None:
+            yield from zip(self.relative.chains, self.relative.speeds)
 
     @property
     def moved(self) -> list[Node]:

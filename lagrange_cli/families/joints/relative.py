@@ -93,6 +93,11 @@ class Relative:
         for term in self.on_sums([one.terms for one in loads]):
             yield replace(term, node=-term.node)
 
+    def own(self, forces: Total) -> Iterator[Term]:
+        """Of forces on the joints' coordinates what acts on each of the coordinates alone."""
+        for one in self.steps:
+            yield Term(one.domain, one.factor * self.slots.symbol(one.domain, forces, one.rows), one.rows)
+
     def on_sums(self, pushes: Sequence[Sequence[Term]]) -> Iterator[Term]:
         """What acts on the members of ``chains``, as the joints' coordinates feel it."""
         for push, ends in zip(pushes, self.chains.values()):

@@ -12,15 +12,20 @@ friction against either direction leads back. H has a series of its own, and is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem, Locks
+from lagrange_cli.families.joints.relative import Relative
 from lagrange_cli.families.switching.friction import CARRIED, Friction, Held, gate, rate_at_rest
-from lagrange_cli.families.switching.holding import by_term, holding_of, limits_of
+from lagrange_cli.families.switching.holding import Holding, by_term, holding_of, limits_of
+from lagrange_cli.families.switching.stuck_joints import Hinges
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -47,14 +52,40 @@ def locked(
     gates = [Term(still, gate(slots, still, modes, own[resting]), resting), Term(moving, graph.one, free)]
     other = total_of(count, [*map(frozen, others)], graph)
     rubbing = [*map(frozen, by_term(listed))]
+
+    def sticks(one: Term) -> Node:
+        return 1.0 - gate(slots, one.domain, modes, own[one.targets])
+
     left = Total(Source.TOTAL, count)
-    balanced = [*applied.terms, Term(still, -slots.symbol(still, left, resting), resting)]
-    for one in rubbing:
-        sticks = 1.0 - gate(slots, one.domain, modes, own[one.targets])
-        balanced.append(Term(one.domain, -sticks * one.node, one.targets))
+    idle = [Term(one.domain, -sticks(one) * one.node, one.targets) for one in rubbing]
+    forces, driving = total_of(count, [*other.terms, *rubbing], graph), left
+    locks = Locks(total_of(count, gates, graph), other, left)
+    relative = system.joints.relative if system.joints else None
+    if relative is not None:  # what is held acts on the joint before, too
+        forces = total_of(count, [*forces.terms, *idle], graph)
+        locks = replace(locks, other=forces, carries=[*carried(system, relative, holding, modes)])
+        driving = total_of(count, relative.own(left), graph)
+    balanced = [*applied.terms, Term(still, -slots.symbol(still, driving, resting), resting), *idle]
     return Held(
-        modes=holding.modes, limits=limits_of(slots, listed, holding, left, modes, numbers, frozen),
-        other=other, forces=total_of(count, [*other.terms, *rubbing], graph),
-        applied=total_of(count, balanced, graph),
-        locks=Locks(total_of(count, gates, graph), other, left),
+        modes=holding.modes, limits=limits_of(slots, listed, holding, driving, modes, numbers, frozen),
+        other=other, forces=forces, applied=total_of(count, balanced, graph), locks=locks,
+        before=() if driving is left else (driving,),
     )  # fmt: skip
+
+
+def carried(system: FamilySystem, relative: Relative, holding: Holding, modes: Array) -> Iterator[Total]:
+    """Where the joints' coordinates are sums, those that are held move as the ones before them: what their
+    accelerations are of these, one by one of a joint's. Raises ``Unsuited`` where a joint does not hang from
+    that of the coordinate before."""
+    assert system.joints is not None
+    slots, count = system.slots, system.q.count
+    hinges = Hinges.of(system.joints, count)
+    held = holding.resting[relative.before[holding.resting] != NONE]
+    before = relative.before[held]
+    if not np.all(hinges.behind(held, before)):
+        raise Unsuited
+    for b in range(1 + int(hinges.among[before].max(initial=NONE))):
+        rows = held[hinges.among[before] == b]
+        domain = Domain(len(rows))
+        node = 1.0 - gate(slots, domain, modes, holding.own[rows])
+        yield total_of(count, [Term(domain, node, rows)], slots.graph)

@@ -105,5 +105,5 @@ def of_torque(
         ]
         base = name
     for force, x in acting:
-        for each in parts(x, base, meaning):
+        for each in parts(x, base, meaning, loops):
             yield Part(force * each.factor, (*loops, *each.loops), each.indices)

@@ -25,7 +25,17 @@ from lagrange_cli.symbolic.indexed.conditions import (
     relation,
     single,
 )
-from lagrange_cli.symbolic.indexed.members import HIDDEN, KNOWN, Loops, Summed, hidden, opened, renamed
+from lagrange_cli.symbolic.indexed.members import (
+    HIDDEN,
+    KNOWN,
+    Loops,
+    Summed,
+    apart,
+    hidden,
+    names_around,
+    opened,
+    renamed,
+)
 from lagrange_cli.symbolic.indexed.whole import Operation, Spans, Whole, named, number, operation, reduced
 
 
@@ -51,14 +61,15 @@ Meaning = Callable[[str, Sequence[Whole]], "sympy.Expr | None"]
 """What a name with indices stands for, if it stands for an expression."""
 
 
-def parts(expression: sympy.Expr, base: str, meaning: Meaning) -> Iterator[Part]:
-    """The derivatives of an expression by the members of a family."""
+def parts(expression: sympy.Expr, base: str, meaning: Meaning, around: Sequence[Loop] = ()) -> Iterator[Part]:
+    """The derivatives of an expression by the members of a family, within the loops ``around``."""
     plain, sums = opened(expression)
     for symbol in sorted(plain.free_symbols, key=str):
         if symbol in sums:
             outer = slope(plain, symbol).xreplace(sums)
-            for one in parts(sums[symbol].body, base, meaning):
-                yield Part(outer * one.factor, (*sums[symbol].loops, *one.loops), one.indices)
+            summed = apart(sums[symbol], names_around(around))
+            for one in parts(summed.body, base, meaning, (*around, *summed.loops)):
+                yield Part(outer * one.factor, (*summed.loops, *one.loops), one.indices)
             continue
         own, indices = KNOWN.get(symbol.name, (symbol.name, ()))
         if own == base:
@@ -67,7 +78,7 @@ def parts(expression: sympy.Expr, base: str, meaning: Meaning) -> Iterator[Part]
         stands_for = meaning(own, indices)
         if stands_for is not None:
             outer = slope(plain, symbol).xreplace(sums)
-            for one in parts(stands_for, base, meaning):
+            for one in parts(stands_for, base, meaning, around):
                 yield Part(outer * one.factor, one.loops, one.indices)
 
 

@@ -97,7 +97,7 @@ class Dynamics(Given):
                 Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
                 for loops, place, mass in self.particles()
                 for x in place
-                for one in self.parts(x, family.name)
+                for one in self.parts(x, family.name, loops)
             ]
         inertia = [
             replace(one, factor=rate(one.factor)) for one in self.parts(energy, velocity_name(family.name))
@@ -133,7 +133,7 @@ class Dynamics(Given):
         for loops, place, mass in self.particles() if self.system.joints is not None else ():
             for x in place:
                 beside = [*self.parts(hidden(x, self.builder.count), other.name)]
-                for a in self.parts(x, one.name):
+                for a in self.parts(x, one.name, loops):
                     for b in beside:
                         factor, around = mass * a.factor * b.factor, (*loops, *a.loops, *b.loops)
                         yield Part(factor, around, (*a.indices, *b.indices))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy
@@ -79,9 +79,9 @@ class Given:
 
         return build
 
-    def parts(self, expression: sympy.Expr, base: str) -> Iterator[Part]:
-        """The derivatives of an expression by the members of a family."""
-        return parts(expression, base, self.builder.meaning)
+    def parts(self, expression: sympy.Expr, base: str, around: Sequence[Loop] = ()) -> Iterator[Part]:
+        """The derivatives of an expression within loops by the members of a family."""
+        return parts(expression, base, self.builder.meaning, around)
 
     def explicit_rate(self, expression: sympy.Expr) -> sympy.Expr:
         """The partial derivative by t."""
@@ -145,7 +145,7 @@ class Given:
                 position = self.elsewhere(kind, family, spec.embedding)
                 for loops, (acting, place) in self.values(kind, self.written(kind), position):
                     for force, x in zip(acting, place, strict=True):
-                        for one in self.parts(x, name):
+                        for one in self.parts(x, name, loops):
                             yield Part(force * one.factor, (*loops, *one.loops), one.indices)
         yield from torques(self.builder, name, self.builder.meaning)
         for power in forces.get("dissipation", {}).values():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, count
 from typing import Any
 
@@ -53,8 +53,9 @@ class Summed(OfExpressions):
         factors = sympy.Mul.make_args(body)
         sums = [one for one in factors if isinstance(one, Summed)]
         if len(sums) == 1:
-            inner = sympy.Mul(*(one for one in factors if one is not sums[0]), sums[0].args[0])
-            return cls(inner, Loops((*loops.loops, *sums[0].args[1].loops)))
+            others = sympy.Mul(*(one for one in factors if one is not sums[0]))
+            within = apart(sums[0], names_in(others) | names_around(loops.loops))
+            return cls(others * within.body, Loops((*loops.loops, *within.loops)))
         bound = {one.index for one in loops.loops}
         outside = [one for one in factors if bound.isdisjoint(names_in(one))]
         if not outside:
@@ -179,8 +180,36 @@ def fresh(index: str, numbers: Iterable[Whole], within: sympy.Expr) -> str:
     taken = set[str]().union(*(one.names for one in numbers))
     if index not in taken:
         return index
-    taken |= names_in(within)
-    return next(one for one in chain(LETTERS, (f"{index}{k}" for k in count(1))) if one not in taken)
+    return letter_besides(taken | names_in(within))
+
+
+def names_around(loops: Iterable[Loop]) -> set[str]:
+    """All names in loops, their indices included."""
+    return {name for one in loops for name in (one.index, *one.names)}
+
+
+def apart(summed: Summed, taken: Collection[str]) -> Any:
+    """The same sum with indices that are none of the names ``taken``."""
+    if not any(one.index in taken for one in summed.loops):
+        return summed
+    known: dict[str, Whole] = {}
+    loops, used = [], {*taken, *names_in(summed)}
+    for loop in summed.loops:
+        index = loop.index
+        if index in taken:
+            index = letter_besides(used)
+            used.add(index)
+        around = {**known}
+        known[loop.index] = named(index)
+        inside = loop.changed(lambda whole: whole.with_names(known))
+        outside = loop.changed(lambda whole: whole.with_names(around))  # noqa: B023 - called here
+        loops.append(Loop(index, outside.start, outside.stop, loop.step, inside.conditions))
+    return Summed(renamed(summed.body, known, {}), Loops(loops))
+
+
+def letter_besides(taken: Collection[str]) -> str:
+    """The first letter that is not taken, or with a number."""
+    return next(one for one in chain(LETTERS, (f"i{k}" for k in count(1))) if one not in taken)
 
 
 def hidden(expression: sympy.Expr, count: Iterator[object]) -> sympy.Expr:

@@ -113,7 +113,7 @@ class Balance(NodeArrays):
         """The accelerations of the joints' coordinates."""
         self._sum_up()
         locks = self.system.modes and self.system.modes.locks
-        self.other = self.arrange(locks.other, kept=False) if locks else None
+        self.other = self.on_joints(locks.other) if locks else None
         self.left = None if self.other is None else self._left(self.other)
         """What would move coordinates that are held, and the forces on these without what holds them."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.joints import Articulation
 
@@ -53,8 +53,9 @@ class NodeArrays:
         """The accelerations of nodes' coordinates, as further components."""
         self.axes = range(self.turns.stop)
         self.size = max((len(one.rows) for one in found.joints if one.nodes is not None), default=0)
-        self.forces = arranged(system.forces, kept=False) if forces is None else forces
-        self.loads = [arranged(one, kept=False) for one in system.loads] if loads is None else loads
+        self.forces = self.on_joints(system.forces) if forces is None else forces
+        own = system.loads[: len(found.nodes)]
+        self.loads = [arranged(one, kept=False) for one in own] if loads is None else loads
         self.inertia = [arranged(one) for one in found.inertia]
         self.gates = arranged(locks.gates) if locks else None
         """0 of coordinates that are held, if any may be."""
@@ -74,6 +75,14 @@ class NodeArrays:
         """What part of B goes on to the parent."""
         self.accelerations = [array(many) for _ in self.axes]
         """Those of nodes, behind one of what does not move."""
+
+    def on_joints(self, forces: Total) -> Total:
+        """The forces on the joints' coordinates, from those on coordinates."""
+        relative = self.found.relative
+        if relative is not None:
+            sums = self.system.loads[len(self.found.nodes) :]
+            forces = total_of(forces.count, relative.forces(forces, sums), self.graph)
+        return self.arrange(forces, kept=False)
 
     def arranged_symbol(self, symbol: Node) -> Node:
         """The symbol of a coordinate of joints, by the arrays that are computed."""

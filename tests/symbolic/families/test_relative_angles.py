@@ -1,0 +1,43 @@
+"""What is printed of arms in relative angles, whose places are sums of functions of sums."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import Loops, Summed, member, renamed
+from lagrange_cli.symbolic.indexed.whole import named, number
+from tests.families.test_relative_joints import ANGLES, FORCES, MASSES, text
+from tests.symbolic.families.test_chains import holds
+
+pytestmark = pytest.mark.usefixtures("however_small")
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("masses", MASSES)
+@pytest.mark.parametrize("angles", ANGLES)
+def test_what_is_printed_is_what_the_file_says(angles: str, masses: str) -> None:
+    for forces in [*FORCES][:: 1 if masses == "points" else 2]:
+        holds(text(4, angles, masses, "driven", forces, 0.5))
+
+
+def test_an_index_is_not_caught_by_a_sum_within() -> None:
+    """k called j in the sum of cos(phi[j] + a[k]) over j < k + 1."""
+    body = sympy.cos(member("phi", [named("j")]) + member("a", [named("k")]))
+    inner = Summed(body, Loops([Loop("j", number(0), named("k") + number(1))]))
+    found = renamed(sympy.cos(inner), {"k": named("j")}, {"j": (0, 5)})
+    (changed,) = found.atoms(Summed)
+    (loop,) = changed.loops
+    assert loop.index != "j"
+    assert loop.stop == named("j") + number(1)
+    assert changed.body == sympy.cos(member("phi", [named(loop.index)]) + member("a", [named("j")]))
+
+
+def test_a_sum_in_a_sum_of_the_same_index_is_a_double_sum() -> None:
+    """sum_i b[i] (sum_i cos(phi[i])): b has the index of the sum around."""
+    loops = Loops([Loop("i", number(0), number(3))])
+    inner = Summed(sympy.cos(member("phi", [named("i")])), loops)
+    found = Summed(member("b", [named("i")]) * inner, loops)
+    assert [one.index for one in found.loops] == ["i", "j"]
+    assert found.body == member("b", [named("i")]) * sympy.cos(member("phi", [named("j")]))
