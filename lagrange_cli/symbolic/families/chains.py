@@ -269,7 +269,7 @@ def begun(pieces: Sequence[Piece]) -> tuple[sympy.Expr, Sequence[Piece]]:
     (root,) = [one for one in pieces if one.parent is None]
     beside = [one for one in pieces if one.parent is not None][:1]
     for one in beside:
-        usual = renamed(one.added, {one.loop.index: root.loop.start}, {})
+        usual = added_at(one, root.loop.start)
         rest = sympy.expand_mul(root.added) - sympy.expand_mul(usual)
         if size_of(rest) < size_of(root.added):
             return rest, [Piece(p.loop, usual, None) if p is root else p for p in pieces]
@@ -298,10 +298,23 @@ def joined(one: Piece, other: Piece) -> Piece | None:
     general = one if alone[1] and not alone[0] else other
     single = one if general is other else other
     place = single.loop.start if any(alone) else named(single.loop.index)
-    added = [renamed(each.added, {each.loop.index: place}, {}) for each in (one, other)]
-    if added[0] != added[1]:
+    if added_at(one, place) != added_at(other, place):
         return None
     return Piece(Loop(general.loop.index, loops[0].start, loops[1].stop), general.added, general.parent)
+
+
+def added_at(piece: Piece, place: Whole) -> sympy.Expr:
+    """What is added at a place, where sums may have one term."""
+    found = renamed(piece.added, {piece.loop.index: place}, {})
+    return found.replace(lambda one: isinstance(one, Summed), single_term) if found.has(Summed) else found
+
+
+def single_term(summed: Summed) -> sympy.Expr:
+    """A sum of one term as this term."""
+    (first, *others), body = summed.loops, summed.body
+    if first.step != 1 or first.stop - first.start != number(1) or first.conditions or others:
+        return summed
+    return renamed(body, {first.index: first.start}, {})
 
 
 def shortened(expression: sympy.Expr, known: Mapping[str, Any]) -> sympy.Expr:

@@ -14,7 +14,7 @@ import sympy
 
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.indexed.conditions import Loop, relation
-from lagrange_cli.symbolic.indexed.members import LETTERS, Loops, Summed, member
+from lagrange_cli.symbolic.indexed.members import Loops, Summed, member
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
 from lagrange_cli.symbolic.order import Order
 
@@ -23,6 +23,8 @@ FEWEST = 5
 MOST = 20_000
 """Terms up to which they are looked at."""
 MEMBER = re.compile(r"(\w+)\[(\d+)\]((?:\.\w+)?)")
+
+LETTERS = "ijklmnpq"
 
 Place = tuple[int, ...]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, count
+from itertools import count
 from typing import Any
 
 import sympy
@@ -79,8 +79,6 @@ class Summed(OfExpressions):
         raise NotImplementedError  # ``derivatives`` has it: a symbol may be a member for some index only
 
 
-LETTERS = "ijklmnpq"
-"""Names of indices."""
 KNOWN: dict[str, tuple[str, tuple[Whole, ...]]] = {}
 """What the name of every symbol of a member stands for: the family, and the indices. A symbol of whole
 numbers has no family."""
@@ -176,11 +174,11 @@ def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) ->
 
 
 def fresh(index: str, numbers: Iterable[Whole], within: sympy.Expr) -> str:
-    """The index, or a letter of its own where the name is one of those in ``numbers``."""
+    """The index, or a name of its own where it is one of those in ``numbers``."""
     taken = set[str]().union(*(one.names for one in numbers))
     if index not in taken:
         return index
-    return letter_besides(taken | names_in(within))
+    return name_besides(taken | names_in(within))
 
 
 def names_around(loops: Iterable[Loop]) -> set[str]:
@@ -197,7 +195,7 @@ def apart(summed: Summed, taken: Collection[str]) -> Any:
     for loop in summed.loops:
         index = loop.index
         if index in taken:
-            index = letter_besides(used)
+            index = name_besides(used)
             used.add(index)
         around = {**known}
         known[loop.index] = named(index)
@@ -207,9 +205,9 @@ def apart(summed: Summed, taken: Collection[str]) -> Any:
     return Summed(renamed(summed.body, known, {}), Loops(loops))
 
 
-def letter_besides(taken: Collection[str]) -> str:
-    """The first letter that is not taken, or with a number."""
-    return next(one for one in chain(LETTERS, (f"i{k}" for k in count(1))) if one not in taken)
+def name_besides(taken: Collection[str]) -> str:
+    """The first hidden name that is not taken: sums that are shown get letters (``lines``)."""
+    return next(one for one in (f"{HIDDEN}s{k}" for k in count()) if one not in taken)
 
 
 def hidden(expression: sympy.Expr, count: Iterator[object]) -> sympy.Expr:
