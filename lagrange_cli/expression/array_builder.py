@@ -122,24 +122,25 @@ class ArrayBuilder(Builder):
         return found, own
 
     def each(
-        self, body: Tree, found: Mapping[str, Whole], count: int
+        self, body: Tree, found: Mapping[str, Whole], count: int, alike: Mapping[str, Whole] | None = None
     ) -> Iterator[tuple[Members, Value, Places]]:
         """The values of ``body`` for ``count`` members with the indices ``found``, of each kind by itself:
-        their indices, values, and which they are."""
+        their indices, values, and which they are. ``alike`` are the indices of all that are written so."""
         self.used += count
         if self.used > self.most:
             raise Unsuited
 
-        def alike(which: Places) -> tuple[Members, Value, Places]:
+        def made(which: Places) -> tuple[Members, Value, Places]:
             here = {
                 name: one if isinstance(one, int) else one_if_equal(one)
                 for name, one in taken(found, which).items()
             }
             mine = Members(self.domain(len(which)), len(which), here)
+            mine.alike = alike
             return mine, self._value(body, mine), which
 
         if count:
-            yield from of_each_kind(np.arange(count), alike)
+            yield from of_each_kind(np.arange(count), made)
 
     def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
         raise Unsuited

@@ -148,7 +148,7 @@ class ChainBuilder(FamilyBuilder):
 
     def written(self, group: Group, which: Places, domain: Domain) -> Value:
         tree, members = group.members(which, self.sizes, domain)
-        inside = [one for one, _ in sums(tree)]
+        inside = [one for one, around in sums(tree) if not around]
         if not inside or not all(self.runs(one, members) for one in inside):
             return super().written(group, which, domain)
         label = int(group.labels[which[0]])
@@ -225,12 +225,7 @@ class ChainBuilder(FamilyBuilder):
 
     def runs(self, tree: Sum, members: Members) -> bool:
         """Whether a sum has the members of a loop up to one, or from one on, that is different for each."""
-        if (
-            members.alike is None
-            or tree.conditions
-            or len(tree.bounds) > 2
-            or any(True for _ in sums(tree.body))
-        ):
+        if members.alike is None or tree.conditions or len(tree.bounds) > 2:
             return False
         own = self.own(members)
         moving = [bool(own & plain_names(bound)) for bound in tree.bounds]
@@ -263,7 +258,8 @@ class ChainBuilder(FamilyBuilder):
     def run(self, tree: Sum, members: Members, first: int, last: int, *, forward: bool) -> tuple[Chain, ...]:
         """The sums over all members of the loop from ``first`` on, below ``last``."""
         own, terms = np.arange(first, last, dtype=np.int64), list[list[Term]]()
-        for mine, value, which in self.each(tree.body, {**self.sizes, tree.index: own}, len(own)):
+        found: dict[str, Whole] = {**self.sizes, tree.index: own}
+        for mine, value, which in self.each(tree.body, found, len(own), found):
             parts = value if isinstance(value, tuple) else (value,)
             terms += [[] for _ in range(len(parts) - len(terms))]
             for k, part in enumerate(parts):

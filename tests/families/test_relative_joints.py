@@ -163,3 +163,61 @@ def test_long_arms_take_as_many_steps_as_in_absolute_angles(method: str) -> None
     most = 2.0**-40 if method in ("taylor", "ias15") else 1e-7
     off = np.cumsum(found["q/phi"], axis=1) - expected["q/th"]
     assert np.max(np.abs(off)) < most
+
+
+INLINE = """
+sizes: {N: 14}
+parameters: {l: 0.2, g: 9.81}
+coordinates: {"phi[i in range(N)]": {initial: "0.5*sin(i + 0.5)"}}
+masses: {"b[i in range(N)]": 1}
+embedding:
+  b[i in range(N)]:
+    - sum(l*cos(sum(phi[k] for k in range(j + 1))) for j in range(i + 1))
+    - sum(l*sin(sum(phi[k] for k in range(j + 1))) for j in range(i + 1))
+potential: sum(g*b[i].y for i in range(N))
+"""
+
+
+def test_sums_in_sums_are_those_of_definitions() -> None:
+    """The sum of phi is written twice, and is one."""
+    places = "\n".join(f"    - {name}[i]" for name in "xy")
+    named = INLINE[: INLINE.index("    - sum")] + places + INLINE[INLINE.index("\npotential") :]
+    named += """
+definitions:
+  th[i in range(N)]: sum(phi[j] for j in range(i + 1))
+  x[i in range(N)]: sum(l*cos(th[j]) for j in range(i + 1))
+  y[i in range(N)]: sum(l*sin(th[j]) for j in range(i + 1))
+"""
+    for given in (INLINE, named):
+        system = systems.family_system(read_spec(given, "arm.yaml"))
+        assert system is not None and system.joints is not None and system.joints.relative is not None
+    found, expected = (followed(one, WRITTEN, 0.3)[1].data for one in (INLINE, named))
+    alike(found, expected, 2.0**-45)
+
+
+@pytest.mark.parametrize(
+    ("angle", "base", "up"),
+    [
+        ("2*phi[i]", "phi[0]", ""),  # x[0] has the coordinate itself, and th[0] twice of it
+        ("phi[i % 3]", "th[0]", ""),  # one coordinate turns several links
+        ("phi[i] + phi[(i + 1) % N]", "th[0]", ""),
+        ("phi[i]", "th[0]", " + 0.01*phi[i]"),
+    ],
+)
+def test_coordinates_that_are_no_differences_are_written_out(angle: str, base: str, up: str) -> None:
+    given = f"""
+sizes: {{N: 12}}
+coordinates: {{"phi[i in range(N)]": {{initial: 0.1}}}}
+definitions:
+  th[i in range(N)]: where(i > 0, th[i - 1], 0) + {angle}
+  x[0]: cos({base})
+  x[i in range(1, N)]: x[i - 1] + cos(th[i])
+  y[0]: sin({base})
+  y[i in range(1, N)]: y[i - 1] + sin(th[i])
+masses: {{"b[i in range(N)]": 1}}
+embedding: {{"b[i in range(N)]": ["x[i]", "y[i]{up}"]}}
+potential: sum(b[i].y for i in range(N))
+"""
+    assert systems.any_family_system(read_spec(given, "arm.yaml")) is None
+    simple = given.replace(up or "none", "").replace(angle, "phi[i]").replace(f"({base})", "(th[0])")
+    assert systems.any_family_system(read_spec(simple, "arm.yaml")) is not None

@@ -17,6 +17,7 @@ from lagrange_cli.families.joints.carriages import on_carriages
 from lagrange_cli.families.joints.joints import Articulation, Part
 from lagrange_cli.families.joints.relative import Relative, relative
 from lagrange_cli.families.turning import Turned
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.spec.spec import Spec, grouped
 
 
@@ -105,7 +106,7 @@ class Movers:
     def rows(self, slot: Slot) -> Places | None:
         """The numbers of the joints' coordinates in a slot, NONE of what rests; None where it has others."""
         if slot.array is self.builder.q:
-            if self.relative is not None and np.any(self.relative.before[slot.table] != NONE):
+            if self.relative is not None and not np.all(self.relative.alone[slot.table]):
                 raise Unsuited  # such a coordinate is a difference of those of joints
             return slot.table
         if self.relative is not None and slot.array in self.relative.chains:
@@ -125,8 +126,10 @@ class Movers:
         return tuple(found)
 
     def apart(self, domain: Domain, nodes: Sequence[Node]) -> Iterator[tuple[Domain, Places, list[Node]]]:
-        """Expressions of those members for which the same slots move: their domain, and which they are."""
+        """Expressions of those members for which the same slots move: their domain, and which they are.
+        Sums that are equal to others are these."""
         every, slots = np.arange(domain.count), self.builder.slots
+        nodes = [self.with_first(domain, node) for node in nodes]
         listed = [self.rows(slot) for node in nodes for _, slot in slots.inside(node)]
         rests = [rows == NONE for rows in listed if rows is not None and np.any(rows == NONE)]
         if not rests or all(one.all() for one in rests):
@@ -138,10 +141,21 @@ class Movers:
             own = Domain(len(which))
             yield own, which, [placed(slots, node, own, which) for node in nodes]
 
+    def with_first(self, domain: Domain, node: Node) -> Node:
+        """An expression with the first of sums that are equal."""
+        same, slots = self.relative.same if self.relative else {}, self.builder.slots
+        others = {
+            symbol: slots.symbol(domain, same[slot.array], slot.table)
+            for symbol, slot in slots.inside(node)
+            if slot.array in same
+        }
+        return substituted(slots.graph, [node], others)[0] if others else node
+
 
 def chains_of(movers: Movers, weights: Sequence[tuple[Domain, Node, Node]]) -> list[Chain]:
     """The chains that particles are on: all of them have the same nodes."""
-    builder, sums = movers.builder, movers.relative.chains if movers.relative else {}
+    builder, relative = movers.builder, movers.relative
+    sums = {*relative.chains, *relative.same} if relative else set()
     found: dict[Chain, None] = {}
     for _, x, _ in weights:
         for _, slot in builder.slots.inside(x):

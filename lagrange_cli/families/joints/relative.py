@@ -32,6 +32,7 @@ from lagrange_cli.families.arrays import (
     Term,
     Total,
     Tree,
+    equal,
     placed,
     total_of,
     tree_of,
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     Numbers: TypeAlias = NDArray[np.float64]
     Flags: TypeAlias = NDArray[np.bool_]
     Division: TypeAlias = Callable[[Numbers], Numbers]
+    Piece: TypeAlias = tuple[Term, Slot, Node]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +64,16 @@ class Steps:
 @dataclass(frozen=True, eq=False)
 class Relative:
     """``chains`` have the sums: the number of the coordinate that each member of these ends with (NONE: it
-    rests); ``speeds`` have their velocities. ``steps`` are those of all coordinates."""
+    rests); ``speeds`` have their velocities. ``steps`` are those of all coordinates; those that are ``alone``
+    are none of a sum but their own. ``same`` are chains that are equal to others."""
 
     slots: Slots
     chains: Mapping[Chain, Places]
     speeds: Sequence[Total]
     before: Places
     steps: Sequence[Steps]
+    alone: Flags
+    same: Mapping[Array, Chain]
 
     @cached_property
     def tree(self) -> Tree:
@@ -148,33 +153,60 @@ def relative(builder: FamilyBuilder, places: Iterable[Node]) -> Relative | None:
         return None
     count = builder.q.count
     before, owned = np.full(count, NONE, dtype=np.int64), np.zeros(count, dtype=bool)
-    ends, steps = dict[Chain, Places](), list[Steps]()
+    simple = np.ones(count, dtype=bool)
+    """Whether they are added as they are."""
+    ends, steps, same = dict[Chain, Places](), list[Steps](), dict[Array, Chain]()
+    pure: list[Chain] = []
     for chain in chains:
         assert chain.tree is not None
-        own, pieces = np.full(chain.count, NONE, dtype=np.int64), [*pieces_of(builder, chain)]
-        for term, slot, _ in pieces:
-            if np.any(own[term.targets] != NONE):
-                raise Unsuited  # two coordinates of one joint
-            own[term.targets] = slot.table
-        ends[chain] = at = ends_of(own, chain.tree)
-        parents = chain.tree.parents
+        pieces = [*pieces_of(builder, chain)]
+        own = owners_of(chain, pieces)
+        at, parents = ends_of(own, chain.tree), chain.tree.parents
+        if is_pure(builder, chain):
+            first = next((one for one in pure if equal(ends[one], at)), None)
+            if first is not None:
+                same[chain] = first
+                continue
+            pure.append(chain)
+        ends[chain] = at
         for term, slot, factor in pieces:
             up = np.where(parents[term.targets] == NONE, NONE, at[parents[term.targets]])
-            known = owned[slot.table]
-            if np.any(known):
-                alike = np.array_equal(before[slot.table], up) and factor is builder.graph.one
-                if not known.all() or not alike:
+            rows, added = slot.table, factor is builder.graph.one
+            if np.any(owned[rows]):
+                if not (added and np.all(owned[rows] & simple[rows]) and equal(before[rows], up)):
                     raise Unsuited
                 continue
-            owned[slot.table], before[slot.table] = True, up
-            steps += steps_of(builder.slots, slot.table, up, factor)
+            owned[rows], before[rows], simple[rows] = True, up, added
+            steps += steps_of(builder.slots, rows, up, factor)
     others = np.flatnonzero(~owned)
     if len(others):
         steps.append(Steps(Domain(len(others)), others, None, builder.graph.one))
     speeds = [one for chain in ends if (one := builder.rates_of(chain)) is not None]
-    made = Relative(builder.slots, ends, speeds, before, tuple(steps))
+    alone = simple & (before == NONE)
+    made = Relative(builder.slots, ends, speeds, before, tuple(steps), alone, same)
     made.tree  # noqa: B018 - refuses coordinates that follow from themselves
     return made
+
+
+def owners_of(chain: Chain, pieces: Iterable[Piece]) -> Places:
+    """The coordinate that each member adds, if any. Raises ``Unsuited`` for two of one, or one of two."""
+    own = np.full(chain.count, NONE, dtype=np.int64)
+    for term, slot, _ in pieces:
+        if np.any(own[term.targets] != NONE):
+            raise Unsuited
+        own[term.targets] = slot.table
+    rows = own[own != NONE]
+    if len(np.unique(rows)) < len(rows):
+        raise Unsuited
+    return own
+
+
+def is_pure(builder: FamilyBuilder, chain: Chain) -> bool:
+    """Whether nothing but coordinates is added, each by every member."""
+    nodes = [term.node for term in chain.terms]
+    return sum(term.domain.count for term in chain.terms) == chain.count and all(
+        one in builder.slots.of and builder.slots.of[one].array is builder.q for one in nodes
+    )
 
 
 def steps_of(slots: Slots, rows: Places, before: Places, factor: Node) -> Iterator[Steps]:
@@ -218,7 +250,7 @@ def is_sum(builder: FamilyBuilder, chain: Chain) -> bool:
         return False
 
 
-def pieces_of(builder: FamilyBuilder, chain: Chain) -> Iterator[tuple[Term, Slot, Node]]:
+def pieces_of(builder: FamilyBuilder, chain: Chain) -> Iterator[Piece]:
     """The terms of a sum that have a coordinate, this, and its factor. Raises ``Unsuited`` where a term is
     none of a sum of coordinates."""
     lasting = Source.PARAMETERS, Source.WHOLE
