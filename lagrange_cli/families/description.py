@@ -17,6 +17,7 @@ from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
@@ -126,6 +127,8 @@ class FamilySystem:
     """Those of the coordinates. On chains and trees, and where M is not diagonal, they are computed from all
     equations together, and have no terms."""
     coupled_masses: CoupledMasses | None = None
+    saddle: SaddlePoint | None = None
+    """The same with constraints."""
     apart: tuple[Node, Node] | None = None
     """T and U, where they are not the parts of L that are quadratic in velocities, and the others: where
     axes move."""

@@ -30,7 +30,8 @@ from lagrange_cli.families.impacts.actions import on_joints, with_actions
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
-from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_speeds
+from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
+from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switching.switches import passing_where_parameters_jump, smooth_of
 from lagrange_cli.records import replace
@@ -153,7 +154,7 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
 
 def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> FamilySystem:
     """The same, where M is constant, and diagonal unless it may be ``coupled``."""
-    if spec.bodies or (coupled and spec.constrained):
+    if spec.bodies:
         raise Unsuited
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
@@ -192,14 +193,16 @@ def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> Fam
     apart = masses, energy, *([] if whole is None else [whole.entries])
     used = [total for total in builder.totals if total not in apart]
     bound = bonds(builder, spec)
+    saddle = None if whole is None or bound is None else SaddlePoint(whole, bound)
     if bound is not None:
-        bound.elimination  # noqa: B018 - refuses what is coupled to too much
+        (saddle or bound).elimination  # noqa: B018 - refuses what is coupled to too much
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
         centres=centres(builder, spec) if vector.terms or whole is not None else (),
-        coupled_masses=whole, applied=total_of(builder.q.count, terms, graph), potential=potential,
-        kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound, apart=energies.apart,
+        coupled_masses=whole, saddle=saddle, applied=total_of(builder.q.count, terms, graph),
+        potential=potential, kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound,
+        apart=energies.apart,
         accelerations=unknown(builder) if whole else divided(builder, everyone, forces, masses, bound),
     )  # fmt: skip
 
@@ -277,6 +280,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         root=builder.root, totals=builder.totals, positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
+    refuse_singular(found)
     try:
         found = replace(found, smooth=smooth_of(found))
     except Unsuited:

@@ -201,7 +201,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
     @property
     def together(self) -> list[tuple[int, int]]:
         """The families of coordinates whose accelerations are found together."""
-        return [] if self.diagonal and self.factors is None else related(self.system.spec)
+        return [] if self.diagonal and self.system.coupled_masses is None else related(self.system.spec)
 
     @property
     def related(self) -> list[tuple[int, int]]:
