@@ -191,6 +191,13 @@ class FamilySystem:
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
+    def straight_bonds(self) -> bool:
+        """Whether the slopes of constraints are constants of the motion."""
+        nodes = [one for bound in (self.bonds.bounds if self.bonds else ()) for one in bound.slopes]
+        moves = {self.q, self.v}
+        return not any(one.symbols & self.time.symbols or self.slots.moving(one, moves) for one in nodes)
+
+    @property
     def idle_bonds(self) -> bool:
         """Whether the forces of constraint do no work: what is at rest satisfies all constraints."""
         return self.steady_bonds and (self.bonds is None or self.bonds.idle(self.slots.graph))

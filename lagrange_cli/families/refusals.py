@@ -17,7 +17,7 @@ from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.constrained.weightless import NOTHING
 from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
-from lagrange_cli.model.sparse import pivots_of
+from lagrange_cli.model.indefinite import factors_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,6 +27,12 @@ if TYPE_CHECKING:
 CUTS = (
     "an energy or a constraint that jumps with the angle atan2(y, x)",
     "write it with sin, cos or the square of the angle, which do not",
+)
+INCOMPLETE = (
+    "a mass matrix that is singular without the constraints",
+    "give each coordinate a mass, however small",
+    "constraints",
+    "nonholonomic",
 )
 """What members are written out for, and how to do without."""
 
@@ -72,10 +78,10 @@ def refuse_singular(system: FamilySystem) -> None:
             entries[: len(masses)] = masses
             for (b, a), places in zip(saddle.bonds.pulls, saddle.places):
                 np.add.at(entries, places, values.node(saddle.bonds.bounds[b].slopes[a]))
-            pivots = pivots_of(saddle.elimination, saddle.pairs, entries)
+            pivots = factors_of(saddle.elimination, saddle.pairs, entries).pivots
             found = pivots[:count] / masses[saddle.sizes[:count]]
     if np.all(np.isfinite(found)) and np.any(np.abs(found) <= NOTHING):
-        raise Unsuited
+        raise Unsuited(*INCOMPLETE)
 
 
 def eigenvalues(masses: CoupledMasses, entries: Values) -> Values:

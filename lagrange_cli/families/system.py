@@ -149,7 +149,9 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
     try:
         return separate(spec, algebra(), coupled=True)
     except (Unsuited, Differ) as error:
-        raise why or error from None
+        if error.args or why is None:
+            raise
+        raise why from None
 
 
 def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> FamilySystem:

@@ -96,37 +96,6 @@ def apart(neighbours: Sequence[set[int]], degrees: Mapping[int, int], most: int)
     return sorted(chosen)
 
 
-def pivots_of(
-    elimination: SparseElimination, places: NDArray[np.int64], entries: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """D of a matrix with these ``entries`` at ``places`` (entries, 2), on the diagonal and below."""
-    import numpy as np
-
-    count = len(elimination.columns)
-    position, pivots = np.empty(count, dtype=np.int64), np.zeros(count)
-    position[[p for one in elimination.rounds for p in one]] = np.arange(count)
-    sizes = np.array([len(one) for one in elimination.columns])
-    starts = np.cumsum(sizes) - sizes
-    later = np.array([i for one in elimination.columns for i in one], dtype=np.int64)
-    keys = np.repeat(np.arange(count), sizes) * count + later  # in ascending order
-    lower = np.zeros(len(keys))
-    i, j = places.T
-    same = i == j
-    np.add.at(pivots, i[same], entries[same])
-    first, second = (np.where(position[i] < position[j], *both)[~same] for both in ((i, j), (j, i)))
-    np.add.at(lower, np.searchsorted(keys, first * count + second), entries[~same])
-    for one in elimination.rounds:
-        for p in one:
-            column = slice(starts[p], starts[p] + sizes[p])
-            around, value = later[column], lower[column]
-            scaled = value / pivots[p]
-            pivots[around] -= scaled * value
-            above, below = np.nonzero(position[around][:, None] < position[around])
-            targets = np.searchsorted(keys, around[above] * count + around[below])
-            lower[targets] -= scaled[above] * value[below]
-    return pivots
-
-
 Matrix = Sequence[dict[int, float]]
 """A symmetric matrix by rows: its entries by column, as far as they are not 0."""
 

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import random
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from lagrange_cli.families import consistency, elimination
 from lagrange_cli.families import system as systems
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.model.start import shortest
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.families.test_closed_chains import exactly_followed
 from tests.support.families import alike, followed
 
 SIZES = 3, 4, 8, 9, 17
@@ -112,13 +118,11 @@ def test_motions_are_those_of_the_members(
 ) -> None:
     chance = random.Random(f"{pytestconfig.option.seed} coupled {case}")
     text, method = drawn(chance), chance.choice(["taylor", "taylor", "ias15", "DOP853", "Radau"])
-    for least in ("FEWEST", "FEWEST_BOUND"):
-        monkeypatch.setattr(systems, least, 0)
+    in_loops(monkeypatch, loops=True)
     coupled(text)
     together, found = followed(text, OUTPUTS, method=method)
     assert together.machine.program.loops
-    for least in ("FEWEST", "FEWEST_BOUND"):
-        monkeypatch.setattr(systems, least, 10**9)
+    in_loops(monkeypatch, loops=False)
     apart, expected = followed(text, OUTPUTS, method=method)
     assert not apart.machine.program.loops
     own, others = ({one.path for one in each.recording.datasets} for each in (together, apart))
@@ -128,3 +132,178 @@ def test_motions_are_those_of_the_members(
     for path, values in found.data.items():
         if "conserved" in path or ("constraints" in path and method != "DOP853"):
             assert np.ptp(values) < 1e-9 if method == "DOP853" else 1e-13, (path, text)
+
+
+def in_loops(monkeypatch: pytest.MonkeyPatch, *, loops: bool) -> None:
+    """Members are followed in loops however few, or never."""
+    for least in ("FEWEST", "FEWEST_BOUND"):
+        monkeypatch.setattr(systems, least, 0 if loops else 10**9)
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", range(12))
+def test_dense_factors_give_the_same(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = drawn(random.Random(f"{pytestconfig.option.seed} dense {case}"))
+    in_loops(monkeypatch, loops=True)
+    _, expected = followed(text, OUTPUTS)
+    monkeypatch.setattr(elimination, "MOST", 0)
+    monkeypatch.setattr(systems, "_LATEST", [])
+    assert coupled(text).saddle.elimination is None  # type: ignore[union-attr]
+    _, found = followed(text, OUTPUTS)
+    alike(found.data, expected.data, 2.0**-42, text)
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", range(12))
+def test_motions_in_double_double(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text, motions = drawn(random.Random(f"{pytestconfig.option.seed} long {case}")), []
+    for loops in True, False:
+        in_loops(monkeypatch, loops=loops)
+        ready, motion = exactly_followed(text, frozenset(["q", "v", "h", "multipliers", "constraints"]))
+        assert ready.machine.program.loops == loops
+        motions.append(motion.data)
+    alike(*motions, 2.0**-92, text)
+
+
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("case", range(20))
+def test_starts_are_those_of_the_members(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where values are moved, with velocities."""
+    text = drawn(random.Random(f"{pytestconfig.option.seed} starts {case}"))
+    text = text.replace('/9"}', '/9 + 1e-4*sin(7*i)", velocity: "0.01*cos(i)"}', 1)
+    found = []
+    for few in (0, 10**6):
+        for name in ("FEWEST", "DENSE"):
+            monkeypatch.setattr(consistency, name, few)
+        monkeypatch.setattr(shortest, "DENSE", few)
+        monkeypatch.setattr(consistency, "_LATEST", [])
+        spec = read_spec(text, "system.yaml")
+        if few == 0:
+            known = consistency.whole(spec)
+            assert known is None or known.coupled is not None or known.joints is not None
+        spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, (), forced=True)
+        found.append((np.array([*values.q, *values.v]), spec.left_out))
+    (one, left), (other, others) = found
+    assert left == others
+    assert np.max(np.abs(one - other)) < 1e-14, text
+
+
+@dataclass(frozen=True)
+class Clamped:
+    """A rod of ``count`` finite elements of length 1, with consistent masses, the first end held by a
+    constraint: standing waves sin(a x) with a = pi (number + 1/2)/count have the frequency of the elements,
+    w^2 = 6 (1 - cos a)/(2 + cos a), and the support the force of the last element."""
+
+    count: int
+    number: int
+
+    @property
+    def wave(self) -> float:
+        return float(np.pi * (self.number + 0.5) / self.count)
+
+    @property
+    def frequency(self) -> float:
+        return float(np.sqrt(6 * (1 - np.cos(self.wave)) / (2 + np.cos(self.wave))))
+
+    @property
+    def text(self) -> str:
+        return f"""
+sizes: {{N: {self.count}}}
+coordinates: {{"u[i in range(N + 1)]": {{initial: "0.01*sin(pi*{self.number + 0.5}*i/N)"}}}}
+lagrangian: >-
+  sum((u_dot[i]**2 + u_dot[i]*u_dot[i + 1] + u_dot[i + 1]**2)/6 - (u[i + 1] - u[i])**2/2 for i in range(N))
+constraints: {{end: "u[0]"}}
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+def test_standing_waves_of_a_clamped_rod(method: str) -> None:
+    """The force of the support is that which the first element's equation lacks: M_01 a_1 - K_01 u_1."""
+    rod, stop = Clamped(200, 40), 10.0
+    outputs = frozenset(["q", "h", "multipliers", "constraints"])
+    ready, motion = followed(rod.text, outputs, stop=stop, samples=11, method=method)
+    assert ready.machine.program.loops
+    x, t = np.arange(rod.count + 1), np.linspace(0.0, stop, 11)
+    shape = np.cos(rod.frequency * t)
+    exact = 0.01 * np.sin(rod.wave * x) * shape[:, None]
+    least = 1e-9 if method == "DOP853" else 2e-15
+    assert np.max(np.abs(motion["q/u"] - exact)) < least
+    force = 0.01 * np.sin(rod.wave) * shape * (-(rod.frequency**2) / 6 - 1)
+    assert np.max(np.abs(motion["multipliers/end"] - force)) < least
+    assert np.ptp(motion["diagnostics/h"]) < least
+    assert np.max(np.abs(motion["diagnostics/constraints/end"])) < 1e-17
+
+
+def test_the_program_does_not_grow_with_the_members() -> None:
+    def counted(count: int) -> int:
+        return len(
+            followed(Clamped(count, 1).text, OUTPUTS - {"T", "U"})[0].machine.program.text.splitlines()
+        )
+
+    assert counted(1500) <= 1.1 * counted(400)  # the last eight unknowns or fewer are written one by one
+
+
+def test_masses_that_constraints_complete_go_through_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beads halfway between N + 1 places say nothing of a motion that alternates: M is singular, and with a
+    constraint the equations are not."""
+    text = """
+sizes: {N: 9}
+coordinates: {"x[i in range(N + 1)]": {initial: "0.1*cos(i)"}}
+masses: {"b[i in range(N)]": 1}
+embedding: {"b[i in range(N)]": ["(x[i] + x[i + 1])/2"]}
+potential: sum((b[i].x - b[i + 1].x)**2/2 for i in range(N - 1))
+constraints: {c: "x[0] - x[3] - 0.1*(1 - cos(3))"}
+"""
+    in_loops(monkeypatch, loops=True)
+    ready, motion = followed(text, frozenset(["q", "h"]))
+    assert not ready.machine.program.loops
+    assert np.ptp(motion["diagnostics/h"]) < 1e-15
+    held = text.replace('"x[0] - x[3] - 0.1*(1 - cos(3))"', "x[0] - 0.1").replace(
+        'masses: {"b[i', 'masses: {"a[i in range(N + 1)]": 0.1, "b[i'
+    )
+    held = held.replace('embedding: {"b[i', 'embedding: {"a[i in range(N + 1)]": ["x[i]"], "b[i')
+    assert followed(held, frozenset(["q"]))[0].machine.program.loops
+
+
+PAIRS = """
+sizes: {{N: 9}}
+coordinates: {{"x[i in range(N)]": {{initial: "0.1*sin(i)"}}}}
+masses: {{"b[i in range(N)]": 1, "a[i in range(N - 1)]": 2}}
+embedding: {{"b[i in range(N)]": ["x[i]", "2*x[i]"], "a[i in range(N - 1)]": ["(x[i] + x[i + 1])/2"]}}
+potential: sum((b[i].x - b[i + 1].x)**2/2 for i in range(N - 1))
+{constraints}
+"""
+
+
+@pytest.mark.parametrize("constraints", ["", "constraints: {c: x[1]*x[2] - 0.01*sin(1)*sin(2)}"])
+def test_reactions_are_those_of_the_members(constraints: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rods that carry beads, with accelerations that are found together."""
+    motions = []
+    for loops in True, False:
+        in_loops(monkeypatch, loops=loops)
+        ready, motion = followed(PAIRS.format(constraints=constraints), frozenset(["q", "reactions"]))
+        assert ready.machine.program.loops == loops
+        motions.append(motion.data)
+    assert np.max(np.abs(motions[0]["reactions/a"])) > 0.01
+    alike(*motions, 2.0**-48)
+
+
+def test_ledgers_have_the_work_of_constraints() -> None:
+    """A driven end, a constraint that bends, and one on velocities."""
+    text = Clamped(120, 3).text.replace(
+        '{end: "u[0]"}',
+        '{end: "u[0] - 0.01*t**2", bent: "u[3]**2 + u[5] - u3**2 - u5"}\n'
+        "parameters: {u3: 0.01*sin(pi*3.5*3/N), u5: 0.01*sin(pi*3.5*5/N)}\n"
+        'nonholonomic: {roll: "u_dot[9] - u[8]*u_dot[7]"}\ngeneralized_forces: {"u[20]": "0.1*sin(t)"}',
+    )
+    ready, motion = followed(text, frozenset(["q", "ledger", "constraints", "action"]), stop=2.0)
+    assert ready.machine.program.loops
+    found = [values for path, values in motion.data.items() if "ledger" in path or "constraints" in path]
+    assert len(found) == 5
+    assert max(float(np.max(np.abs(one))) for one in found) < 1e-16

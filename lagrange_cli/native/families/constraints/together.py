@@ -79,10 +79,9 @@ def entries(system: FamilySystem, lasting: Lasting, slope: Callable[[int, int], 
 
 def lasting_entries(system: FamilySystem, lasting: Lasting) -> Total | None:
     """Those of a matrix that lasts; None where slopes of constraints change."""
-    bonds, slots = system.bonds, system.slots
+    bonds = system.bonds
     assert bonds is not None
-    nodes = [one for bound in bonds.bounds for one in bound.slopes]
-    if any(one.symbols & system.time.symbols or slots.moving(one, {system.q, system.v}) for one in nodes):
+    if not system.straight_bonds:
         return None
     found = lasting.arranged(entries(system, lasting, lambda b, a: bonds.bounds[b].slopes[a]))
     return found if found in lasting.fixed else None
