@@ -106,8 +106,8 @@ def separate(spec: Spec, builder: ChainBuilder) -> Whole:
 
 
 def together(spec: Spec, builder: ChainBuilder) -> Whole:
-    """The same where M is constant, but not diagonal."""
-    if spec.bodies or len(spec.all_constraints) <= DENSE:
+    """The same where M is constant, but not diagonal, also with few constraints: M has many entries."""
+    if spec.bodies:
         raise Unsuited
     energies = energies_of(builder, spec, coupled=True)
     found = bonds(builder, spec)
