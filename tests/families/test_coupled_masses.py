@@ -82,9 +82,9 @@ def test_motions_are_those_of_the_members(
     alike(found.data, expected.data, 2.0**-43, text)
 
 
-@pytest.mark.parametrize("kind", ["neighbours", "all"])
+@pytest.mark.parametrize("kind", ["neighbours", "all", "of either sign"])
 def test_motions_in_double_double(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With sparse factors and with dense ones."""
+    """With sparse factors and with dense ones, and with pivots of either sign."""
     text = SYSTEM.format(
         kinetic=f"lagrangian: >-\n  {KINETIC[kind]}\n  - {PIECES['pairs'].format(b=2)}",
         forces="", count=9, definitions=STRETCH, k=2, seed=1,
