@@ -12,6 +12,8 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.native.families import program
+from lagrange_cli.native.stepping.coupling import full
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_closed_chains import exactly_followed
@@ -177,3 +179,36 @@ def test_what_needs_the_inverse_goes_through_the_members(
     other = text.replace(*change, 1).replace("forces: none", "")
     assert systems.family_system(read_spec(text.replace("forces: none", ""), "system.yaml")) is not None
     assert systems.family_system(read_spec(other, "system.yaml")) is None
+
+
+STIFF = """
+sizes: {{N: {count}}}
+coordinates:
+  u[i in range(N)]: {{initial: "0.3*sin(3*i)", velocity: "0.2*cos(i)"}}
+  w[i in range(N)]: {{initial: 0.1}}
+lagrangian: >-
+  sum((u_dot[i]**2 + u_dot[i]*u_dot[i + 1] + u_dot[i + 1]**2)/6 for i in range(N - 1))
+  - 450*sum((u[i + 1] - u[i])**2 for i in range(N - 1))
+  + sum(w_dot[i]**2 + w_dot[i]*u_dot[(i + 3) % N]/4 - cos(w[i] - u[i]) for i in range(N))
+dissipation: >-
+  sum(40*(u_dot[i + 1] - u_dot[i])**2 for i in range(N - 1))
+  + sum(w_dot[i]**2*(1 + u[i]**2) for i in range(N))
+"""
+
+
+def test_implicit_steps_take_banded_matrices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of M and of the forces, in place of full ones: the motion is the same, in as many steps."""
+    text, motions, steps = STIFF.format(count=30), [], []
+    for banded in True, False:
+        monkeypatch.setattr(systems, "_LATEST", [])
+        if not banded:
+            monkeypatch.setattr(program, "of_families", lambda system: full(system.q.count))
+        ready, motion = followed(text, frozenset(["q", "v"]), method="Radau", stop=2.0)
+        assert ready.machine.program.loops
+        assert ("@pushed(" in ready.machine.program.text) == banded
+        motions.append(motion.data)
+        steps.append(motion.outcome.steps)
+    alike(*motions, 1e-10)
+    assert abs(steps[0] - steps[1]) <= 0.1 * steps[1], steps
+    _, exact = followed(text, frozenset(["q", "v"]), stop=2.0)
+    alike(motions[0], exact.data, 1e-10)
