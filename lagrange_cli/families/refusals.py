@@ -95,10 +95,10 @@ def eigenvalues(masses: CoupledMasses, entries: Values) -> Values:
 
 
 def refuse_holding(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where M is not diagonal and something may hold coordinates, or actions set some."""
+    """Raise ``Unsuited`` where M is not diagonal and something may hold coordinates."""
     if system.coupled_masses is None:
         return
     modes = None if system.smooth is None else system.smooth.modes
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)
-    if holding or (system.events is not None and system.events.changed.size):
+    if holding:
         raise Unsuited

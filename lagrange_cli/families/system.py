@@ -26,7 +26,7 @@ from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
-from lagrange_cli.families.impacts.actions import on_joints, with_actions
+from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
@@ -264,17 +264,19 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     }
     observables = dict(observed(builder, spec))
     bound = parts["bonds"]
-    joints = parts.get("joints")
+    joints, whole = parts.get("joints"), parts.get("coupled_masses")
     events = events_of(builder, spec)
     if events is not None and joints is not None:
         parts["events"] = on_joints(builder, events, joints, parts["kinetic"], bound=bound)
+    elif events is not None and whole is not None:
+        parts["events"] = with_coupled_masses(builder, events, whole, parts["kinetic"], bound=bound)
     elif events is not None:
         parts["events"] = with_actions(builder, events, parts["masses"], parts["forces"], bound=bound)
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 
         parts["bodies"] = bodies_of(builder)
-    if joints is not None or parts["vector"] is not None or parts.get("coupled_masses") is not None:
+    if joints is not None or parts["vector"] is not None or whole is not None:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,

@@ -84,7 +84,7 @@ def unsuited(spec: Spec) -> WrittenOut:
 
 def coupled(expressions: Iterable[Expression]) -> WrittenOut:
     """That expressions need numbers of the inverse of a mass matrix that is not diagonal."""
-    what = "friction and actions where the mass matrix is not diagonal"
+    what = "friction, and impacts that reduce the speed, where the mass matrix is not diagonal"
     return WrittenOut(
         what, "give each coordinate a mass of its own, without products of velocities", kinked(expressions)
     )
