@@ -35,6 +35,13 @@ KINETIC = {
         "sum((-1)**i*(1 + i/7)*u_dot[i]**2/2 + k*w_dot[i]**2 for i in range(N))"
         " + sum(u_dot[i]*u_dot[i + 1]/4 for i in range(N - 1))"
     ),
+    "a sum": f"{OWN} + u_dot[0]*sum(w_dot[j]/9 for j in range(N))",
+    "sums": f"{OWN} + sum(u_dot[i]*sum(w_dot[j]*(1 + i*j/9)/(9*N) for j in range(N)) for i in range(N))",
+    "squares of sums": (
+        f"{OWN} + sum(u_dot[i]/3 for i in range(N))**2"
+        " + sum(sum(u_dot[i] - w_dot[j] for j in range(N) if j % 2 == i % 2)**2/50 for i in range(N))"
+    ),
+    "sums of sums": f"{OWN} + (u_dot[1]/2 + sum(k*w_dot[j]/5 for j in range(1, N)))**2/3",
     "some": f"{OWN} + sum(u_dot[i]*w_dot[(3*i) % N]/5 for i in range(N) if i % 2)",
 }
 PLACES = """
@@ -163,9 +170,11 @@ def test_the_program_does_not_grow_with_the_members() -> None:
         ("coordinates:", "events: {e: {when: u[0], action: {set: {u_dot[0]: -u_dot[0]/2}}}}\ncoordinates:"),
         ("forces: none", "generalized_forces: {'u[0]': -0.1*sign(u_dot[0])}"),
         ("u_dot[i]*u_dot[i + 1]/4", "cos(u[i])*u_dot[i]*u_dot[i + 1]/4"),
-        ("u_dot[i]*u_dot[i + 1]/4", "u_dot[i]*sum(u_dot[j]/99 for j in range(N))"),
+        ("u_dot[i]*u_dot[i + 1]/4", "cos(u[i])*u_dot[i]*sum(u_dot[j]/99 for j in range(N))"),
+        ("u_dot[i]*u_dot[i + 1]/4", "sum(u_dot[j]*u_dot[0]/99 for j in range(N))**2"),
+        ("u_dot[i]*u_dot[i + 1]/4", "sum(u_dot[j] + u[j]/99 for j in range(N))**2/99"),
     ],
-    ids=["impacts", "friction", "masses that change", "products of sums"],
+    ids=["impacts", "friction", "masses that change", "sums times places", "fourth powers", "sums of both"],
 )
 def test_what_needs_the_inverse_goes_through_the_members(
     change: tuple[str, str], monkeypatch: pytest.MonkeyPatch
