@@ -23,7 +23,7 @@ from lagrange_cli.families.bonds import Bonds, bonds, bound_families
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.constraint_values import JointedState, State, Whole
 from lagrange_cli.families.joints.articulation import articulation, weights_of
-from lagrange_cli.families.masses import components, masses_of, particles, separated
+from lagrange_cli.families.masses import components, energies_of, masses_of, particles, separated
 from lagrange_cli.families.values import DOUBLES, Doubles
 from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
@@ -72,7 +72,7 @@ def examined(spec: Spec, *, exact: bool) -> Whole | None:
         return None
     if [name for one, _, _ in bound_families(spec) for name in one.members] != [*spec.all_constraints]:
         return None
-    for made in (separate, jointed):
+    for made in (separate, jointed, together):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
             found = made(spec, ChainBuilder(spec, algebra_of(exact=exact)))
             if not any(one.kind is Kind.SWITCH for one in reachable([*found.bonds.nodes])):
@@ -103,6 +103,20 @@ def separate(spec: Spec, builder: ChainBuilder) -> Whole:
     if found is None:
         raise Unsuited
     return Whole([*spec.all_constraints], builder, found, masses, extent_of(placed))
+
+
+def together(spec: Spec, builder: ChainBuilder) -> Whole:
+    """The same where M is constant, but not diagonal, also with few constraints: M has many entries."""
+    if spec.bodies:
+        raise Unsuited
+    energies = energies_of(builder, spec, coupled=True)
+    found = bonds(builder, spec)
+    if energies.coupled is None or found is None:
+        raise Unsuited
+    found.pairs  # noqa: B018 - refuses what is coupled to too much
+    placed = [(domain, x, mass) for _, _, domain, x, mass in components(builder, spec)]
+    names = [*spec.all_constraints]
+    return Whole(names, builder, found, energies.masses, extent_of(placed), coupled=energies.coupled)
 
 
 def jointed(spec: Spec, builder: ChainBuilder) -> Whole:

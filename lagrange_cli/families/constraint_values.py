@@ -11,6 +11,7 @@ import numpy as np
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.joints.masses import JointMasses, along
 from lagrange_cli.families.joints.responses import trees_of
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class Whole:
     """The constraints of a system of families, in the order of their ``names``; its masses, which are
-    constant, or those of ``joints``; and sum m r^2."""
+    constant, or those of ``joints``; and sum m r^2. If M is not diagonal, it is ``coupled``, and ``masses``
+    has its diagonal."""
 
     names: Sequence[str]
     builder: FamilyBuilder
@@ -41,6 +43,7 @@ class Whole:
     masses: Total
     extent: Total
     joints: Articulation | None = None
+    coupled: CoupledMasses | None = None
 
     @cached_property
     def contained(self) -> NDArray[np.bool_]:
@@ -61,7 +64,7 @@ class Whole:
 
 
 class State:
-    """Numbers of a ``kind`` at one state, where M is diagonal and constant; ``given`` are the parameters."""
+    """Numbers of a ``kind`` at one state, where M is constant; ``given`` are the parameters."""
 
     def __init__(
         self, system: Whole, kind: Doubles, given: Values, t: Any, q: Sequence[Any], v: Sequence[Any]
@@ -98,6 +101,10 @@ class State:
     @property
     def masses(self) -> Matter:
         """M, and sum m r^2."""
+        coupled = self.system.coupled
+        if coupled is not None:
+            rows = coupled.matrix(self.numbers.of(coupled.entries))
+            return Masses(dict(enumerate(rows)), self.extent)
         return Masses({k: {k: m} for k, m in enumerate(self.inertia.tolist()) if m}, self.extent)
 
     @cached_property

@@ -38,6 +38,8 @@ class CoupledMasses:
     count: int
     pairs: Places
     entries: Total
+    sizes: Places | None = None
+    """What pivots are compared with, if it is not the diagonal."""
 
     @cached_property
     def elimination(self) -> SparseElimination | None:

@@ -17,6 +17,7 @@ from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
@@ -126,6 +127,8 @@ class FamilySystem:
     """Those of the coordinates. On chains and trees, and where M is not diagonal, they are computed from all
     equations together, and have no terms."""
     coupled_masses: CoupledMasses | None = None
+    saddle: SaddlePoint | None = None
+    """The same with constraints."""
     apart: tuple[Node, Node] | None = None
     """T and U, where they are not the parts of L that are quadratic in velocities, and the others: where
     axes move."""
@@ -186,6 +189,13 @@ class FamilySystem:
     def steady_bonds(self) -> bool:
         """Whether constraints do not depend on time explicitly."""
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
+
+    @property
+    def straight_bonds(self) -> bool:
+        """Whether the slopes of constraints are constants of the motion."""
+        nodes = [one for bound in (self.bonds.bounds if self.bonds else ()) for one in bound.slopes]
+        moves = {self.q, self.v}
+        return not any(one.symbols & self.time.symbols or self.slots.moving(one, moves) for one in nodes)
 
     @property
     def idle_bonds(self) -> bool:

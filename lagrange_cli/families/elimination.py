@@ -12,9 +12,10 @@ DENSE = 2048
 """Unknowns up to which L D L^T may be dense: 32 MB, and 1.4e9 multiplications a step."""
 
 
-def elimination_of(count: int, places: Places) -> SparseElimination | None:
+def elimination_of(count: int, places: Places, waiting: int | None = None) -> SparseElimination | None:
     """How a matrix of ``count`` unknowns with entries at ``places`` (entries, 2), those on the diagonal and
-    below, is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too many numbers."""
+    below, is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too many numbers.
+    Unknowns from number ``waiting`` on have none on the diagonal: they wait for all that they meet."""
     found, most = None, MOST * count
     if len(places) - count <= most:
         neighbours: list[set[int]] = [set() for _ in range(count)]
@@ -22,7 +23,7 @@ def elimination_of(count: int, places: Places) -> SparseElimination | None:
             if i != j:
                 neighbours[i].add(j)
                 neighbours[j].add(i)
-        found = eliminated(neighbours, most)
+        found = eliminated(neighbours, most, waiting)
     if found is None and count > DENSE:
         raise Unsuited
     return found

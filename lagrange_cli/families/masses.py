@@ -9,12 +9,13 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Domain, Term, Total, total_of
+from lagrange_cli.families.arrays import Domain, Slot, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import CoupledMasses, Product, coupled_masses
 from lagrange_cli.families.description import Component
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
+from lagrange_cli.families.velocity_sums import products_of, sums_in
 from lagrange_cli.mechanics.multiplied_out import halved_squares, without_time
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, replace
@@ -152,6 +153,7 @@ def separated(
         """Without its terms M v^2/2, whose masses are noted, and multiplied out where t vanishes then."""
         node = without_time(graph, node, builder.time)
         speeds = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.v]
+        node = without_products(node, factor, speeds)
         if not speeds:
             return node
         at_rest = {s: graph.zero for s, _ in speeds}
@@ -174,6 +176,31 @@ def separated(
             for each, other in coupled:  # a product comes twice
                 noted.append(Product(domain, 0.5 * factor * each, slot.table, other.table))
         return left
+
+    def without_products(node: Node, factor: Node | None, speeds: Sequence[tuple[Node, Slot]]) -> Node:
+        """Without products of sums of velocities with these, or with velocities, which are noted."""
+        sums, before = sums_in(slots, node, builder.v), len(noted)
+        for i, (symbol, slot) in enumerate(sums):
+            momentum = graph.diff(node, symbol)
+            for other, of_other in [*speeds, *sums[i:]]:
+                each = graph.diff(momentum, other)
+                if each.is_zero:
+                    continue
+                if products is None or factor is None or not fixed(builder, each):
+                    raise Unsuited
+                each = 0.5 * each if other is symbol else each
+                found = [*products_of(slots, factor * each, slot, of_other, builder.v)]
+                if not all(fixed(builder, one.node) for one in found):
+                    raise Unsuited
+                noted.extend(found)
+        if len(noted) > before:
+            at_rest = {s: graph.zero for s, _ in sums}
+            linear_in = [graph.diff(node, s) for s, _ in sums]
+            zeros = at_rest | {s: graph.zero for s, _ in speeds}
+            node, *_ = substituted(graph, [node], at_rest)
+            for (symbol, _), own in zip(sums, substituted(graph, linear_in, zeros)):
+                node += own * symbol
+        return node
 
     replaced: dict[Total, Total] = {}
     for i, total in enumerate(builder.totals):

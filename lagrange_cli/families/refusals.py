@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.mechanics.constrained.weightless import NOTHING
 from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
+from lagrange_cli.model.indefinite import factors_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
 
 CUTS = (
     "an energy or a constraint that jumps with the angle atan2(y, x)",
     "write it with sin, cos or the square of the angle, which do not",
+)
+INCOMPLETE = (
+    "a mass matrix that is singular without the constraints",
+    "give each coordinate a mass, however small",
+    "constraints",
+    "nonholonomic",
 )
 """What members are written out for, and how to do without."""
 RELATIVE = (
@@ -46,9 +64,43 @@ def refuse_others(system: FamilySystem) -> None:
         raise Unsuited
 
 
+def refuse_singular(system: FamilySystem) -> None:
+    """Raise ``Unsuited`` where M is singular and constraints determine what it does not: their matrix is
+    regular, but not as it is eliminated here. It is looked at in a random state."""
+    saddle = system.saddle
+    if saddle is None:
+        return
+    chance, count, parameters = np.random.default_rng(0), system.q.count, len(system.spec.parameters)
+    q, v, given = chance.uniform(0.2, 1.2, count), np.zeros(count), chance.uniform(0.5, 1.5, parameters)
+    with np.errstate(all="ignore"):
+        values = FamilyValues(system, 0.5, q, v, given)
+        masses = values.of(saddle.masses.entries)[: len(saddle.masses.pairs)]
+        if saddle.elimination is None:
+            found = eigenvalues(saddle.masses, masses)
+        else:
+            entries = np.zeros(len(saddle.pairs))
+            entries[: len(masses)] = masses
+            for (b, a), places in zip(saddle.bonds.pulls, saddle.places):
+                np.add.at(entries, places, values.node(saddle.bonds.bounds[b].slopes[a]))
+            pivots = factors_of(saddle.elimination, saddle.pairs, entries).pivots
+            found = pivots[:count] / masses[saddle.sizes[:count]]
+    if np.all(np.isfinite(found)) and np.any(np.abs(found) <= NOTHING):
+        raise Unsuited(*INCOMPLETE)
+
+
+def eigenvalues(masses: CoupledMasses, entries: Values) -> Values:
+    """Those of M, scaled to 1 on its diagonal."""
+    matrix = np.zeros((masses.count, masses.count))
+    i, j = masses.pairs.T
+    matrix[i, j] = matrix[j, i] = entries
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    matrix /= scale[:, None] * scale
+    return np.asarray(np.linalg.eigvalsh(matrix)) if np.all(np.isfinite(matrix)) else np.array([np.nan])
+
+
 def refuse_holding(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where something may hold coordinates, and M is not diagonal or the coordinates of
-    joints are sums of these; or where actions set some with such an M, or constraints are on such joints."""
+    """Raise ``Unsuited`` where something may hold coordinates, and M is not diagonal, or that of joints whose
+    coordinates are sums of these; or where constraints are on such joints."""
     relative = system.joints is not None and system.joints.relative is not None
     if system.coupled_masses is None and not relative:
         return
@@ -58,5 +110,5 @@ def refuse_holding(system: FamilySystem) -> None:
             raise Unsuited(*RELATIVE)
         return
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)
-    if holding or (system.events is not None and system.events.changed.size):
+    if holding:
         raise Unsuited

@@ -26,11 +26,12 @@ from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
-from lagrange_cli.families.impacts.actions import on_joints, with_actions
+from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import energies_of
-from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_speeds
+from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
+from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switching.switches import passing_where_parameters_jump, smooth_of
 from lagrange_cli.records import replace
@@ -148,12 +149,14 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
     try:
         return separate(spec, algebra(), coupled=True)
     except (Unsuited, Differ) as error:
-        raise why or error from None
+        if error.args or why is None:
+            raise
+        raise why from None
 
 
 def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> FamilySystem:
     """The same, where M is constant, and diagonal unless it may be ``coupled``."""
-    if spec.bodies or (coupled and spec.constrained):
+    if spec.bodies:
         raise Unsuited
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
@@ -192,14 +195,16 @@ def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> Fam
     apart = masses, energy, *([] if whole is None else [whole.entries])
     used = [total for total in builder.totals if total not in apart]
     bound = bonds(builder, spec)
+    saddle = None if whole is None or bound is None else SaddlePoint(whole, bound)
     if bound is not None:
-        bound.elimination  # noqa: B018 - refuses what is coupled to too much
+        (saddle or bound).elimination  # noqa: B018 - refuses what is coupled to too much
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
         centres=centres(builder, spec) if vector.terms or whole is not None else (),
-        coupled_masses=whole, applied=total_of(builder.q.count, terms, graph), potential=potential,
-        kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound, apart=energies.apart,
+        coupled_masses=whole, saddle=saddle, applied=total_of(builder.q.count, terms, graph),
+        potential=potential, kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound,
+        apart=energies.apart,
         accelerations=unknown(builder) if whole else divided(builder, everyone, forces, masses, bound),
     )  # fmt: skip
 
@@ -260,17 +265,19 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     }
     observables = dict(observed(builder, spec))
     bound = parts["bonds"]
-    joints = parts.get("joints")
+    joints, whole = parts.get("joints"), parts.get("coupled_masses")
     events = events_of(builder, spec)
     if events is not None and joints is not None:
         parts["events"] = on_joints(builder, events, joints, parts["kinetic"], bound=bound)
+    elif events is not None and whole is not None:
+        parts["events"] = with_coupled_masses(builder, events, whole, parts["kinetic"], bound=bound)
     elif events is not None:
         parts["events"] = with_actions(builder, events, parts["masses"], parts["forces"], bound=bound)
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 
         parts["bodies"] = bodies_of(builder)
-    if joints is not None or parts["vector"] is not None or parts.get("coupled_masses") is not None:
+    if joints is not None or parts["vector"] is not None or whole is not None:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,
@@ -278,6 +285,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         root=builder.root, totals=builder.totals, positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
+    refuse_singular(found)
     try:
         found = replace(found, smooth=smooth_of(found))
     except Unsuited:

@@ -15,6 +15,7 @@ class Ending(Enum):
     COMPLETE = "reached the end"
     STOPPED = "stopped"
     SINGULAR_MASS_MATRIX = "singular mass matrix"
+    ILL_CONDITIONED = "the mass matrix is too ill-conditioned"
     STEP_UNDERFLOW = (
         "the step size fell below the resolution of time "
         "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
@@ -60,6 +61,8 @@ DONE = ("complete", "stopped")
 """The words for motions that cannot be continued."""
 WAYS_OUT = {
     Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates or parameters",
+    Ending.ILL_CONDITIONED: "use other coordinates, such as amplitudes of orthogonal functions in place of "
+    "those of powers, or --precision double-double for conditions up to 1e+30",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
     Ending.TOUCHING: "try another --method, such as DOP853, or {before}",
     Ending.STUCK: "{before}, smooth the discontinuity, or try another --method",

@@ -236,9 +236,13 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
     said = ["families are not expanded: the code has a loop over the members of each"]
     if system.coupled_masses is not None:
-        sparse = system.coupled_masses.elimination
+        sparse = (system.saddle or system.coupled_masses).elimination
         by = f"its factor has {sparse.entries} entries" if sparse else "as a dense matrix"
-        said.append(f"the mass matrix contains parameters only: it is factored once per run, {by}")
+        if system.saddle is None:
+            said.append(f"the mass matrix contains parameters only: it is factored once per run, {by}")
+        else:
+            often = "once per run" if system.straight_bonds else "in each step"
+            said.append(f"the matrix of masses and constraints is factored {often}, {by}")
     elif system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")
         if system.bonds is not None:

@@ -66,9 +66,7 @@ def unsuited(spec: Spec) -> WrittenOut:
         return WrittenOut(what, "let them record or stop only", kinked(acting))
     for part in ("constraints", "nonholonomic", "observables"):
         given = getattr(spec, part)
-        if given and (found := any_family_system(replace(spec, **{part: {}}))) is not None:
-            if found.coupled_masses is not None:
-                return coupled(given.values())
+        if given and any_family_system(replace(spec, **{part: {}})) is not None:
             way = "write it in terms of neighbours, without kinks"
             return WrittenOut(f"what '{part}' contains", way, kinked(given.values()))
     for part in spec.forces:
@@ -85,8 +83,8 @@ def unsuited(spec: Spec) -> WrittenOut:
 
 
 def coupled(expressions: Iterable[Expression]) -> WrittenOut:
-    """That expressions need the inverse of a mass matrix that is not diagonal."""
-    what = "constraints, friction and actions where the mass matrix is not diagonal"
+    """That expressions need numbers of the inverse of a mass matrix that is not diagonal."""
+    what = "friction, and impacts that reduce the speed, where the mass matrix is not diagonal"
     return WrittenOut(
         what, "give each coordinate a mass of its own, without products of velocities", kinked(expressions)
     )

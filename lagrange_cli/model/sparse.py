@@ -41,18 +41,28 @@ class SparseElimination:
         return sum(map(len, self.columns))
 
 
-def eliminated(neighbours: Sequence[set[int]], most: int) -> SparseElimination | None:
+def eliminated(
+    neighbours: Sequence[set[int]], most: int, waiting: int | None = None
+) -> SparseElimination | None:
     """The elimination of all unknowns; None where L would have more than ``most`` numbers.
 
-    ``neighbours`` are the places of entries off the diagonal, by row; it is used up.
+    ``neighbours`` are the places of entries off the diagonal, by row; it is used up. Unknowns from number
+    ``waiting`` on, whose rows have no entries on the diagonal, wait for all that they meet.
     """
     rounds: list[list[int]] = []
     columns: list[list[int]] = [[] for _ in neighbours]
     size, left = 0, set(range(len(neighbours)))
+    waits = {p: set(neighbours[p]) for p in range(len(neighbours) if waiting is None else waiting, len(left))}
+    left.difference_update(waits)
     while left:
         one = independent(neighbours, left)
         left.difference_update(one)
         for p in one:
+            for i in neighbours[p] & waits.keys():
+                waits[i].discard(p)
+                if not waits[i]:
+                    left.add(i)
+                    del waits[i]
             around = neighbours[p]
             columns[p] = sorted(around)
             size += len(around)

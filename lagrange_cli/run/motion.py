@@ -81,7 +81,8 @@ class Motion:
                 return found
         from lagrange_cli.run.singular import singular_masses
 
-        return singular_masses(self.spec, self.values.parameters, self.settings.start, end)
+        long = self.settings.precision != DOUBLE
+        return singular_masses(self.spec, self.values.parameters, self.settings.start, end, long=long)
 
 
 @dataclass(frozen=True)

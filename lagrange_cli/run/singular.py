@@ -6,10 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
+from lagrange_cli.mechanics.conditioning import Conditioning, conditioning, told
 from lagrange_cli.records import replace
 from lagrange_cli.run.start_notes import in_short
 
@@ -21,11 +24,8 @@ if TYPE_CHECKING:
 CLOSE = 1e-4
 """The sine of the angle between slopes of constraints at which a motion that ends is close to where they
 depend on each other."""
-MOST = 100
-"""Coordinates of systems whose mass matrix is looked at."""
-NOTHING, BALANCED = 1e-14, 8
-"""The part of the largest singular value of a matrix that is rounding, and rounds in which the largest
-numbers of its rows and columns become 1."""
+MOST, MOST_IN_FAMILIES = 100, 1000
+"""Coordinates of systems whose mass matrix is looked at, and of those whose families have a constant one."""
 STUCK = Ending.SINGULAR_MASS_MATRIX, Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.STUCK
 MATRIX = "singular matrix of masses and constraints"
 """What is singular where there are constraints, and ``Ending`` has the mass matrix."""
@@ -80,16 +80,27 @@ def angles_at(
     return found
 
 
-def singular_masses(spec: Spec, parameters: Mapping[str, float], start: float, end: End) -> Cause | None:
-    """The same of a state at which no kinetic energy depends on some velocities."""
+def singular_masses(
+    spec: Spec, parameters: Mapping[str, float], start: float, end: End, *, long: bool = False
+) -> Cause | None:
+    """The same of a state at which no kinetic energy depends on some velocities, or at which the mass matrix
+    is too ill-conditioned for doubles, or even for ``long`` numbers."""
     if end.ending not in STUCK:
         return None
-    names = without_mass(spec, parameters, end.t, end.state.tolist())
-    if not names:
+    found = conditioning_at(spec, parameters, end.t, end.state.tolist(), large=True)
+    if found is None or not found.lost:
         return None
-    verb, line = "is" if end.t == start else "becomes", place_of(spec, names[0]).line
-    text = f"the mass matrix {verb} singular: {idle(names)} (line {line})"
-    return Cause(text, end.t, Ending.SINGULAR_MASS_MATRIX)
+    verb, singular = "is" if end.t == start else "becomes", Ending.SINGULAR_MASS_MATRIX
+    if not found.graded:
+        names = idle_ways(spec, found)
+        text = f"the mass matrix {verb} singular: {idle(names)} (line {place_of(spec, names[0]).line})"
+        return Cause(text, end.t, singular)
+    if spec.all_constraints or end.ending is not singular:
+        return None
+    numbers = "double-double numbers, too" if long else "doubles"
+    text = f"the mass matrix {verb} too ill-conditioned for {numbers}: its condition is "
+    text += f"{told(found.condition)},"
+    return Cause(text, end.t, singular if long else Ending.ILL_CONDITIONED)
 
 
 def idle(names: Sequence[str]) -> str:
@@ -109,33 +120,54 @@ def without_mass(
 ) -> tuple[str, ...]:
     """The coordinates whose velocities may change at a state, in a way that the constraints allow, without a
     change of any momentum: those of one such way. Systems of many coordinates are not looked at."""
+    found = conditioning_at(spec, parameters, t, state)
+    return () if found is None or not found.lost or found.graded else idle_ways(spec, found)
+
+
+def idle_ways(spec: Spec, found: Conditioning) -> tuple[str, ...]:
+    """Those coordinates of a matrix that is singular."""
+    moves = np.abs(found.ways[-1])
+    return tuple(one.name for one, move in zip(spec.coordinates, moves) if move > CLOSE * moves.max())
+
+
+def conditioning_at(
+    spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float], *, large: bool = False
+) -> Conditioning | None:
+    """That of the masses, with the constraints below. Systems of many coordinates are not looked at, unless
+    those are ``large`` ones of families with a constant mass matrix."""
     from lagrange_cli.model.start.equations import Equations
 
     count = len(spec.coordinates)
     if count > MOST:
-        return ()
-    import numpy as np
-
+        return conditioning_of_families(spec, parameters) if large and count <= MOST_IN_FAMILIES else None
     q, v = state[:count], state[count : 2 * count]
     try:
         equations = Equations(spec, parameters)
         masses, rows = equations.masses(t, q, v).rows, equations.at(t, q, v).rows
     except (LagrangeError, ArithmeticError):
-        return ()
+        return None
     matrix = np.zeros((count + len(rows), count))
     for j, row in (*masses.items(), *enumerate(rows, count)):
         matrix[j, [*row]] = [float(x) for x in row.values()]
-    if not np.isfinite(matrix).all():
-        return ()
-    for _ in range(BALANCED):  # whatever the units
-        for axis in 0, 1:
-            sizes = np.sqrt(np.abs(matrix).max(axis=axis, keepdims=True))
-            matrix = matrix / np.where(sizes > 0.0, sizes, 1.0)
-    _, values, ways = np.linalg.svd(matrix)
-    if values[-1] > NOTHING * max(1.0, values[0]):
-        return ()
-    moves = np.abs(ways[-1])
-    return tuple(one.name for one, move in zip(spec.coordinates, moves) if move > CLOSE * moves.max())
+    return conditioning(matrix)
+
+
+def conditioning_of_families(spec: Spec, parameters: Mapping[str, float]) -> Conditioning | None:
+    """The same of a large system without constraints."""
+    from lagrange_cli.families.system import any_family_system
+    from lagrange_cli.families.values import FamilyValues
+
+    system = any_family_system(spec)
+    if system is None or system.coupled_masses is None or system.bonds is not None:
+        return None
+    none = np.zeros(system.q.count)
+    given = np.array([parameters[one.name] for one in spec.parameters])
+    values = FamilyValues(system, 0.0, none, none, given)
+    matrix = np.zeros((len(none), len(none)))
+    with np.errstate(all="ignore"):
+        for j, row in enumerate(system.coupled_masses.matrix(values.of(system.coupled_masses.entries))):
+            matrix[j, [*row]] = [*row.values()]
+    return conditioning(matrix)
 
 
 def dependent(spec: Spec, parameters: Mapping[str, float], end: End) -> tuple[str, ...]:

@@ -61,8 +61,10 @@ EVENTS = {
     Ending.STUCK,
     Ending.TOUCHING,
     Ending.UNDETERMINED,
+    Ending.ILL_CONDITIONED,
 }
-"""Those of systems with events and contacts, of sections, and of members, which have tests of their own."""
+"""Those of systems with events and contacts, of sections, of members and of masses, which have tests of their
+own."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}
 
 

@@ -12,6 +12,8 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.native.families import program
+from lagrange_cli.native.stepping.coupling import full
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_closed_chains import exactly_followed
@@ -33,6 +35,13 @@ KINETIC = {
         "sum((-1)**i*(1 + i/7)*u_dot[i]**2/2 + k*w_dot[i]**2 for i in range(N))"
         " + sum(u_dot[i]*u_dot[i + 1]/4 for i in range(N - 1))"
     ),
+    "a sum": f"{OWN} + u_dot[0]*sum(w_dot[j]/9 for j in range(N))",
+    "sums": f"{OWN} + sum(u_dot[i]*sum(w_dot[j]*(1 + i*j/9)/(9*N) for j in range(N)) for i in range(N))",
+    "squares of sums": (
+        f"{OWN} + sum(u_dot[i]/3 for i in range(N))**2"
+        " + sum(sum(u_dot[i] - w_dot[j] for j in range(N) if j % 2 == i % 2)**2/50 for i in range(N))"
+    ),
+    "sums of sums": f"{OWN} + (u_dot[1]/2 + sum(k*w_dot[j]/5 for j in range(1, N)))**2/3",
     "some": f"{OWN} + sum(u_dot[i]*w_dot[(3*i) % N]/5 for i in range(N) if i % 2)",
 }
 PLACES = """
@@ -82,9 +91,9 @@ def test_motions_are_those_of_the_members(
     alike(found.data, expected.data, 2.0**-43, text)
 
 
-@pytest.mark.parametrize("kind", ["neighbours", "all"])
+@pytest.mark.parametrize("kind", ["neighbours", "all", "of either sign"])
 def test_motions_in_double_double(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With sparse factors and with dense ones."""
+    """With sparse factors and with dense ones, and with pivots of either sign."""
     text = SYSTEM.format(
         kinetic=f"lagrangian: >-\n  {KINETIC[kind]}\n  - {PIECES['pairs'].format(b=2)}",
         forces="", count=9, definitions=STRETCH, k=2, seed=1,
@@ -158,13 +167,14 @@ def test_the_program_does_not_grow_with_the_members() -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        ("coordinates:", "constraints: {c: u[0] - w[0]}\ncoordinates:"),
-        ("coordinates:", "events: {e: {when: u[0], action: {set: {u_dot[0]: -u_dot[0]}}}}\ncoordinates:"),
+        ("coordinates:", "events: {e: {when: u[0], action: {set: {u_dot[0]: -u_dot[0]/2}}}}\ncoordinates:"),
         ("forces: none", "generalized_forces: {'u[0]': -0.1*sign(u_dot[0])}"),
         ("u_dot[i]*u_dot[i + 1]/4", "cos(u[i])*u_dot[i]*u_dot[i + 1]/4"),
-        ("u_dot[i]*u_dot[i + 1]/4", "u_dot[i]*sum(u_dot[j]/99 for j in range(N))"),
+        ("u_dot[i]*u_dot[i + 1]/4", "cos(u[i])*u_dot[i]*sum(u_dot[j]/99 for j in range(N))"),
+        ("u_dot[i]*u_dot[i + 1]/4", "sum(u_dot[j]*u_dot[0]/99 for j in range(N))**2"),
+        ("u_dot[i]*u_dot[i + 1]/4", "sum(u_dot[j] + u[j]/99 for j in range(N))**2/99"),
     ],
-    ids=["constraints", "actions", "friction", "masses that change", "products of sums"],
+    ids=["impacts", "friction", "masses that change", "sums times places", "fourth powers", "sums of both"],
 )
 def test_what_needs_the_inverse_goes_through_the_members(
     change: tuple[str, str], monkeypatch: pytest.MonkeyPatch
@@ -178,3 +188,36 @@ def test_what_needs_the_inverse_goes_through_the_members(
     other = text.replace(*change, 1).replace("forces: none", "")
     assert systems.family_system(read_spec(text.replace("forces: none", ""), "system.yaml")) is not None
     assert systems.family_system(read_spec(other, "system.yaml")) is None
+
+
+STIFF = """
+sizes: {{N: {count}}}
+coordinates:
+  u[i in range(N)]: {{initial: "0.3*sin(3*i)", velocity: "0.2*cos(i)"}}
+  w[i in range(N)]: {{initial: 0.1}}
+lagrangian: >-
+  sum((u_dot[i]**2 + u_dot[i]*u_dot[i + 1] + u_dot[i + 1]**2)/6 for i in range(N - 1))
+  - 450*sum((u[i + 1] - u[i])**2 for i in range(N - 1))
+  + sum(w_dot[i]**2 + w_dot[i]*u_dot[(i + 3) % N]/4 - cos(w[i] - u[i]) for i in range(N))
+dissipation: >-
+  sum(40*(u_dot[i + 1] - u_dot[i])**2 for i in range(N - 1))
+  + sum(w_dot[i]**2*(1 + u[i]**2) for i in range(N))
+"""
+
+
+def test_implicit_steps_take_banded_matrices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of M and of the forces, in place of full ones: the motion is the same, in as many steps."""
+    text, motions, steps = STIFF.format(count=30), [], []
+    for banded in True, False:
+        monkeypatch.setattr(systems, "_LATEST", [])
+        if not banded:
+            monkeypatch.setattr(program, "of_families", lambda system: full(system.q.count))
+        ready, motion = followed(text, frozenset(["q", "v"]), method="Radau", stop=2.0)
+        assert ready.machine.program.loops
+        assert ("@pushed(" in ready.machine.program.text) == banded
+        motions.append(motion.data)
+        steps.append(motion.outcome.steps)
+    alike(*motions, 1e-10)
+    assert abs(steps[0] - steps[1]) <= 0.1 * steps[1], steps
+    _, exact = followed(text, frozenset(["q", "v"]), stop=2.0)
+    alike(motions[0], exact.data, 1e-10)

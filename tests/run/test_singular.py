@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
+from lagrange_cli import solve
+from lagrange_cli.mechanics.conditioning import conditioning, told
 from lagrange_cli.run.doubtful import singular_start
 from lagrange_cli.run.singular import without_mass
 from lagrange_cli.spec.read import read_spec
@@ -83,3 +86,45 @@ def test_a_motion_that_cannot_begin_says_so(tmp_path, method):
     assert "overflow" not in done.stderr
     done = lagrange("sweep", "file.yaml", "--over", "l=0:1:3", "--stop", "1", "--json", cwd=tmp_path)
     assert "(l = 0): the mass matrix is singular" in json.loads(done.stdout)["message"]
+
+
+HILBERT = """\
+sizes: {N: 24}
+coordinates: {"q[i in range(N)]": {initial: 0.1}}
+lagrangian: >-
+  sum(q_dot[i]*q_dot[j]/(i + j + 5)/2 for i in range(N) for j in range(N)) - sum(q[i]**2/2 for i in range(N))
+"""
+
+
+@pytest.mark.parametrize("count", [24, 150])
+def test_masses_that_are_too_ill_conditioned_are_called_so(tmp_path, count):
+    """Those of powers of x in Ritz's method; with many, in loops."""
+    (tmp_path / "file.yaml").write_text(HILBERT)
+    done = lagrange("solve", "file.yaml", "--stop", "1", "--size", f"N={count}", cwd=tmp_path)
+    assert done.returncode == 4
+    assert "the mass matrix is too ill-conditioned for doubles: its condition is 1e+16 or more" in done.stderr
+    assert "--precision double-double" in done.stderr
+    assert "momentum" not in done.stderr
+
+
+def test_ill_conditioned_masses_that_can_be_solved_are():
+    """Their condition is 1e10; h is conserved."""
+    motion = solve(HILBERT, size={"N": 7}, stop=0.1, outputs=["q", "h"])
+    assert motion.status == "complete"
+    assert np.ptp(motion.h) < 1e-14
+
+
+@pytest.mark.parametrize("count", [3, 24])
+def test_singular_masses_have_a_gap(count):
+    """Sums of places of neighbours say nothing of what alternates, whatever the units."""
+    scale = 10.0 ** np.linspace(-6, 6, count + 1)
+    sums = np.eye(count, count + 1) + np.eye(count, count + 1, 1)
+    found = conditioning(scale[:, None] * (sums.T @ sums) * scale)
+    assert found is not None and found.lost == 1 and not found.graded
+
+
+@pytest.mark.parametrize("count", [11, 16, 24, 60])
+def test_hilberts_matrices_have_none(count):
+    found = conditioning(1 / (np.arange(count)[:, None] + np.arange(count) + 1.0))
+    assert found is not None and found.lost and found.graded
+    assert told(found.condition) == "1e+16 or more" or count == 11

@@ -16,6 +16,7 @@ from lagrange_cli.families.arrays import Source, Term, Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
+from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import SEEDS, Events, random_state
 from lagrange_cli.families.impacts.coupled import coupled_impacts
 from lagrange_cli.families.impacts.impacts import COUPLED, impacts_of
@@ -101,7 +102,8 @@ def with_actions(
     read = Reading(builder, events.arguments)
     refuse_masses(builder, events, masses)
     states = EventStates(builder, events)
-    impacts = impacts_in(builder, events, read, states, (masses, forces), bound)
+    slowing = slowing_in(events, read, states, n)
+    impacts = None if slowing is None else impacts_in(builder, events, slowing, (masses, forces), bound)
     simple, pairs = simple_in(events, read)
     contacts = None if impacts is None else impacts.contacts
     if isinstance(contacts, Coupled):
@@ -236,18 +238,33 @@ def disturbing(events: Events, contacts: Contacts, n: int) -> Places:
     return np.array([*found], dtype=np.int64)
 
 
-def impacts_in(
-    builder: FamilyBuilder,
-    events: Events,
-    read: Reading,
-    states: EventStates,
-    given: tuple[Total, Total],
-    bound: Bonds | None,
-) -> Impacts | None:
-    """The impacts that do not reflect the speed: the motion may come to rest there (see
-    ``mechanics.contacts``), if something drives it back. Masses and forces are ``given``."""
-    masses, forces = given
-    n, count = builder.q.count, events.count
+def with_coupled_masses(
+    builder: FamilyBuilder, events: Events, masses: CoupledMasses, kinetic: Node, *, bound: Bonds | None
+) -> Events:
+    """The same where M is not diagonal.
+
+    Raises ``Unsuited`` for actions that change masses, and for impacts that reduce the speed: the forces of
+    contact there are those of all members.
+    """
+    if not events.changed.size:
+        return events
+    n, (_, places) = builder.q.count, events.changed
+    read = Reading(builder, events.arguments)
+    refuse_masses(builder, events, masses.entries)
+    slowing = slowing_in(events, read, EventStates(builder, events), n)
+    if slowing is not None and len(slowing):
+        raise Unsuited
+    simple, pairs = simple_in(events, read)
+    if bound is not None:
+        simple[pushed(events, bound, n)] = False
+    keeps = bound is None and bool(np.all((places >= n) & (places < 2 * n)))
+    keeps = keeps and bool(turned(builder, events, kinetic)[1].all())
+    return replace(events, simple=simple, affected=affected_by(simple, pairs), keeps_energy=keeps)
+
+
+def slowing_in(events: Events, read: Reading, states: EventStates, n: int) -> Places | None:
+    """The impacts that do not reflect the speed; None if there are no impacts."""
+    count = events.count
     acting, places = events.changed
     is_speed = (places >= n) & (places < 2 * n)
     impact = np.zeros(count, dtype=bool)
@@ -262,7 +279,15 @@ def impacts_in(
     touched = np.zeros(count, dtype=bool)
     touched[read.readers[read.places < n]] = True
     impact &= touched
-    slowing = np.flatnonzero(impact & ~states.judge(states.reflected, impact))
+    return np.flatnonzero(impact & ~states.judge(states.reflected, impact))
+
+
+def impacts_in(
+    builder: FamilyBuilder, events: Events, slowing: Places, given: tuple[Total, Total], bound: Bonds | None
+) -> Impacts | None:
+    """The impacts that do not reflect the speed, with what they take: the motion may come to rest there (see
+    ``mechanics.contacts``), if something drives it back. Masses and forces are ``given``."""
+    masses, forces = given
     state = FamilyValues(builder, *random_state(builder, SEEDS[1]))
     with np.errstate(all="ignore"):
         try:

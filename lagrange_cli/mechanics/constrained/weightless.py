@@ -39,7 +39,7 @@ def weightless(matrix: Sequence[Sequence[Node]]) -> frozenset[int]:
 
 def entangled(matrix: Sequence[Sequence[Node]]) -> list[int]:
     """Coordinates with a change of velocities that changes no momentum, at every state: those of the first
-    block of the mass matrix that is singular. Nothing where a block is too large."""
+    block of the mass matrix that is singular. Nothing where a block is too large, or ill-conditioned."""
     source = random.Random(2)
     for block in connected(matrix):
         if not 1 < len(block) <= LARGEST_BLOCK:
@@ -54,11 +54,21 @@ def entangled(matrix: Sequence[Sequence[Node]]) -> list[int]:
             )
             rows = [[float(values[column[i]]) for column in columns] for i in range(len(block))]
             relations = dependent(rows, len(block)) if all(map(isfinite, chain.from_iterable(rows))) else {}
-            if not relations:
+            if not relations or not singular(rows):
                 break
         else:
             return sorted(block[i] for i in next(iter(relations.values())))
     return []
+
+
+def singular(rows: Sequence[Sequence[float]]) -> bool:
+    """Whether a matrix is singular, and not only ill-conditioned."""
+    import numpy as np
+
+    from lagrange_cli.mechanics.conditioning import conditioning
+
+    found = conditioning(np.array(rows))
+    return found is not None and bool(found.lost) and not found.graded
 
 
 def _vanishing(matrix: Sequence[Mapping[int, float]], block: Sequence[int]) -> list[int]:

@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from lagrange_cli.model.indefinite import saddle_solved
 from lagrange_cli.model.start.equations import Matter, Row, Solver
-from lagrange_cli.model.start.linear import Array, of_products, solved
+from lagrange_cli.model.start.linear import DENSE, Array, of_products, solved
 from lagrange_cli.records import dataclass
 
 LARGEST_BLOCK = 64
@@ -135,6 +136,15 @@ class Shortest:
         """By the whole saddle-point matrix; where masses are unknown, each coordinate has the mass 1."""
         places = {k: place for place, k in enumerate(self.unknown)}
         n = len(places)
+        right = np.array([*(g.get(k, 0.0) for k in places), *r])
+        if n > DENSE:
+            own, others = (
+                [{places[k]: x for k, x in row.items()} for row in some]
+                for some in ([matter[k] for k in places], rows)
+            )
+            sparse = saddle_solved(own, others, right)
+            if sparse is not None:
+                return dict(zip(places, sparse[:n].tolist())), (-sparse[n:]).tolist()
         whole = np.zeros((n + len(rows), n + len(rows)))
         for j, row in matter.items():
             for k, m in row.items():
@@ -144,6 +154,5 @@ class Shortest:
         for i, bound in enumerate(rows):
             for k, a in bound.items():
                 whole[n + i, places[k]], whole[places[k], n + i] = a, -a
-        right = np.array([*(g.get(k, 0.0) for k in places), *r])
         found = solved(whole, right)
         return dict(zip(places, found[:n])), found[n:]

@@ -9,19 +9,23 @@ from types import MappingProxyType
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
-from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
-from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.dense import SolvingTables
+from lagrange_cli.native.families.constraints.equations import (
+    Pulled,
+    along_motion,
+    at_a_state,
+    moves_of,
+    tables_of,
+)
 from lagrange_cli.native.families.constraints.matrix import MatrixOfConstraints
-from lagrange_cli.native.families.constraints.projection import Moves
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
-from lagrange_cli.native.families.constraints.saddle_tables import SaddleTables
 from lagrange_cli.native.families.constraints.sticking import Sticking
-from lagrange_cli.native.families.coupled_masses import MassFactors
+from lagrange_cli.native.families.coupled_masses import factors_of
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.joints.balance import Balance
 from lagrange_cli.native.families.joints.closed_projection import Residuals
@@ -112,6 +116,9 @@ class Arrangement:
         """Rows of a sample, without integrals whose values nobody needs."""
         if isinstance(self.contact, Coupled):
             self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
+        self.factors = factors_of(system, self.lasting, self.tables)
+        """Those of M, or of the matrix with constraints, where M is not diagonal."""
+        lasts = self.factors is not None
         self.motion: AlongMotion | None = None
         self.closure: Closure | None = None
         self.balance = self.sticking = self.touch = None
@@ -130,7 +137,7 @@ class Arrangement:
         elif isinstance(self.contact, Coupled):
             self.motion = ContactRestraint(system, self.lasting)
         elif system.bonds is not None:
-            self.motion = AlongMotion(system, self.lasting)
+            self.motion = along_motion(system, self.lasting, lasts=lasts)
         elif self.modes is not None and self.modes.sticking is not None:
             self.sticking = Sticking(system, self.lasting)
         if self.balance is not None and isinstance(self.contact, Coupled):
@@ -140,10 +147,10 @@ class Arrangement:
         if self.closure is not None and system.bonds is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         bound = self.motion is not None and system.bonds is not None
-        self.moves = Moves(system, self.lasting) if bound and stepping else None
+        self.moves = moves_of(system, self.lasting, lasts=lasts) if bound and stepping else None
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
-        if self.balance is not None:
+        if self.balance is not None or system.coupled_masses is not None:
             self.lasting.changed[system.accelerations] = system.accelerations
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
@@ -168,15 +175,16 @@ class Arrangement:
             self.closing = [(one, i) for one in arranged for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         closed = None if system.bonds is None else self.closure
-        self.pulled, self.resting = None, closed or self.balance
+        self.pulled: Pulled | None = None
+        self.resting = closed or self.balance
         """How multipliers, and on chains and trees accelerations, are found at a sample."""
         solved = {system.accelerations, system.bonds.multipliers if system.bonds else None}
         if not solved.isdisjoint(needed(self.roots, self.slots)):
-            if self.motion is not None and system.bonds is not None:
-                self.pulled = AtAState(sampled, self.lasting)
+            if self.balance is None:
+                self.pulled = at_a_state(sampled, self.lasting, lasts=lasts)
             elif closed is not None and sampled is not system:
                 self.resting = Closure(sampled, self.lasting)
-            elif self.balance is not None and sampled is not system:
+            elif sampled is not system:
                 self.resting = Balance(sampled, self.lasting.arranged)
         if self.balance is not None:
             for both in zip(self.balance.found.nodes, self.balance.found.rates):
@@ -200,14 +208,15 @@ class Arrangement:
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
         """M and 1/M, where M is diagonal."""
-        self.rounded = self.held = None
+        self.rounded, self.held = None, None
         """The rounding errors of forces that may cancel at rest, and what gives the multipliers in them."""
         if stepping and self.diagonal:
-            pulled = type(self.motion) is AlongMotion and kind.parts == 1 and bool(scheme)
+            alone = self.motion is not None and not isinstance(self.contact, Coupled)
+            pulled = alone and kind.parts == 1 and bool(scheme)
             self.rounded = rounding_at_rest(system, pulled=pulled)
             if self.rounded is not None:
                 self.rounded = self.lasting.arranged(self.rounded, kept=False)
-                self.held = AtAState(system, self.lasting) if pulled else None
+                self.held = at_a_state(system, self.lasting, lasts=lasts) if pulled else None
         self.blurred: Total | None = None
         """The rounding errors of accelerations by friction along differences of velocities."""
         if self.modes is not None and self.modes.errors is not None and stepping:
@@ -232,12 +241,7 @@ class Arrangement:
             self.place(self.signs, self.signs.count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
-        self.factors: MassFactors | None = None
-        """Those of M, where it is not diagonal."""
-        if system.coupled_masses is not None:
-            entries = self.lasting.arranged(system.coupled_masses.entries)
-            given = system.coupled_masses, entries, self.tables
-            self.factors = MassFactors(*given, definite=system.spec.lagrangian is None)
+        if self.factors is not None:
             self.place(self.factors.array, self.factors.array.count)
 
     def beside(self, followed: Sequence[Total], listed: Sequence[Element]) -> Total:
@@ -271,20 +275,18 @@ class Arrangement:
     @cached_property
     def tabled(self) -> SolvingTables:
         """How multipliers are found."""
+        if self.factors is not None:
+            return self.factors.tabled
         solved = self.sticking or self.closure
         bonds = self.system.bonds if solved is None else solved.bonds
         assert bonds is not None
-        return self._tables_of(bonds)
+        return tables_of(self.system.saddle or bonds, self.tables)
 
     @cached_property
     def tabled_in_motion(self) -> SolvingTables:
         """The same along a motion, with the forces of contacts."""
-        return self._tables_of(self.contact.bonds) if isinstance(self.contact, Coupled) else self.tabled
-
-    def _tables_of(self, bonds: Bonds) -> SolvingTables:
-        if bonds.elimination is None:
-            return DenseTables(bonds.count, self.tables)
-        return SaddleTables(bonds.elimination, self.tables)
+        contact = self.contact
+        return tables_of(contact.bonds, self.tables) if isinstance(contact, Coupled) else self.tabled
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -314,3 +316,14 @@ class Arrangement:
             vectors, self.slots, places.__getitem__, self.tables,
             {self.system.time: vectors.operand(vectors.splat(time, LANES))},
         )  # fmt: skip
+
+    def placed_together(
+        self, vectors: Vectors, base: Pointer, pulled: Pulled | None
+    ) -> Mapping[Array, Pointer]:
+        """Where accelerations and multipliers are that are found together: the next arrays of scratch."""
+        if pulled is None or isinstance(pulled, AtAState):
+            return {}
+        solution = vectors.place(base, self.size)
+        self.size += room(pulled.solution.count)
+        places = solution, solution, vectors.place(solution, self.degrees)
+        return dict(zip((pulled.solution, *pulled.found), places))

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Chain, Source, Total
+from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.responses import trees_of
 from lagrange_cli.native.families.loops import needed
@@ -47,7 +48,7 @@ def of_families(system: FamilySystem) -> Coupling:
     totals = needed([system.forces], system.slots)
     joints = system.joints
     apart = joints is not None and not joints.count
-    together = system.bonds is not None or joints is not None or system.coupled_masses is not None
+    together = system.bonds is not None or joints is not None
     if together and not apart:
         return full(count)
     if any(isinstance(one, Chain) for one in totals):
@@ -60,9 +61,21 @@ def of_families(system: FamilySystem) -> Coupling:
         rows, columns = np.repeat(np.arange(count), np.diff(found.starts)), found.columns
         if apart:
             rows, columns = of_joints(system, rows, columns)
+        if system.coupled_masses is not None:  # matrices are those of forces
+            rows, columns = with_masses(system.coupled_masses, rows, columns)
     except TooMany:
         return full(count)
     return coupling_of(count, rows, columns)
+
+
+def with_masses(
+    masses: CoupledMasses, rows: IndexArray, columns: IndexArray
+) -> tuple[IndexArray, IndexArray]:
+    """Also the places of M."""
+    i, j = masses.pairs.T
+    keys = np.concatenate([one * masses.count + other for one, other in ((rows, columns), (i, j), (j, i))])
+    which, column = np.divmod(np.unique(keys), masses.count)
+    return which, column
 
 
 def nothing(count: int) -> Dependencies:

@@ -9,6 +9,8 @@ from lagrange_cli.families.arrays import Array, Chain
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet
 from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
+from lagrange_cli.native.families.constraints.together import TogetherAlongMotion
+from lagrange_cli.native.families.constraints.together_jet import TogetherJet
 from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.coupled_masses import CoupledMassesJet, CoupledMassesRates
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
@@ -73,7 +75,7 @@ class MotionJets(Preparation):
     def rates_alone(self, name: str) -> Jet:
         """A function of that name that gives the rates, without series."""
         made = self.coupled(RATES, name)
-        if self.factors is not None:
+        if made is None and self.factors is not None:
             made = CoupledMassesRates(self.factors, self.setting(RATES), name)
         if made is None:
             return self.accelerations(name)
@@ -91,6 +93,8 @@ class MotionJets(Preparation):
             return ArticulatedJet(self.balance, *given, self.touch)
         if self.sticking is not None:
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
+        if isinstance(self.motion, TogetherAlongMotion):
+            return TogetherJet(self.motion, self.tabled, self.factors, *given)
         return None if self.motion is None else ConstrainedJet(self.motion, self.tabled_in_motion, *given)
 
     def with_beside(self, motion: SeriesJet, name: str) -> Jet:

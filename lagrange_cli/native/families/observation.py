@@ -7,8 +7,8 @@ from itertools import product
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.arrangement import Element
-from lagrange_cli.native.families.constraints.jet import solved_at_a_state
-from lagrange_cli.native.families.constraints.restraint import AtAState
+from lagrange_cli.native.families.constraints.equations import Pulled
+from lagrange_cli.native.families.constraints.together_jet import solved_at_a_state
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.resting import AtRest
@@ -55,7 +55,7 @@ class Observation(AtRest):
     """The functions that compute outputs, and what actions need."""
 
     def values(
-        self, name: str, listed: Iterable[Element], roots: Sequence[Total], pulled: AtAState | None = None
+        self, name: str, listed: Iterable[Element], roots: Sequence[Total], pulled: Pulled | None = None
     ) -> tuple[str, int]:
         """A function of that name: quantities that are ``listed``, of totals at the ``roots``, at each of
         ``%count`` samples; and its operations. Multipliers are found as they are ``pulled``."""
@@ -79,6 +79,7 @@ class Observation(AtRest):
         totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
         for total in (*known, *totals):
             put(total, total.count)
+        arrays.update(self.placed_together(vectors, base, pulled))
         solved = self.solved(totals)
         resting = self.room_at_rest(vectors, base) if solved else None
         totals = [one for one in totals if one not in solved]
@@ -98,10 +99,9 @@ class Observation(AtRest):
             evaluation = self.evaluation(vectors, arrays, vectors.at(f.load("%times", sample)))
             if pulled is not None:
                 evaluation.write(known)
-                multipliers = pulled.bonds.multipliers
-                solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
+                solved_at_a_state(evaluation, pulled, self.tabled, self.factors, scratch)
                 self.size += room(self.tabled.size)
-                totals = [one for one in totals if one is not multipliers]
+                totals = [one for one in totals if one not in pulled.found]
             if resting is not None:
                 self.solve_at_rest(evaluation, resting, sample, stride, solved)
             evaluation.write(totals)

@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from lagrange_cli.native.families.approach import approach
+from lagrange_cli.native.families.banded_masses import BandedMasses
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.directions import allow_directions
 from lagrange_cli.native.families.evaluation import room
@@ -43,6 +44,7 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.stepping.advance import advance
+from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.given import Given
@@ -171,8 +173,15 @@ class FamilyProgram(Returning, Observation, MotionJets):
         given = replace(self.given(interface, own, floors), rates=name, related=families)
         if self.poles:
             given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
-        work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
+        work, steps = on_rates(self.scheme, given, self.coupling_of_steps, work)
         return work, [*texts, steps]
+
+    def coupling_of_steps(self) -> Coupling:
+        """Which rates depend on which coordinates; if M is banded, which forces do."""
+        found = of_families(self.system)
+        if self.system.coupled_masses is None or self.system.bonds is not None or found.band.full:
+            return found
+        return replace(found, masses=BandedMasses(self, found.places))
 
     def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:
         """Steps by series, whose rows threads share if they share the series."""
@@ -201,7 +210,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
     @property
     def together(self) -> list[tuple[int, int]]:
         """The families of coordinates whose accelerations are found together."""
-        return [] if self.diagonal and self.factors is None else related(self.system.spec)
+        return [] if self.diagonal and self.system.coupled_masses is None else related(self.system.spec)
 
     @property
     def related(self) -> list[tuple[int, int]]:

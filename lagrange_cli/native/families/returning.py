@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.families.arrays import Array
+from lagrange_cli.native.families.constraints.moves import MovesTogether
 from lagrange_cli.native.families.constraints.projection import Projection
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.joints.closed import ClosedJet
@@ -35,10 +36,12 @@ class Returning(AtRest):
         for array in self.moves.arrays:
             arrays[array] = vectors.place(base, self.size)
             self.size += room(array.count)
+        if isinstance(self.moves, MovesTogether):
+            arrays[self.moves.multipliers] = vectors.place(arrays[self.moves.moved], self.degrees)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         written = Projection(
             self.moves, self.evaluation(vectors, arrays, vectors.at(time, low)), layout, self.tabled,
-            vectors.place(base, self.size), f.splat(low, LANES).name,
+            self.factors, vectors.place(base, self.size), f.splat(low, LANES).name,
         )  # fmt: skip
         self.size += room(self.tabled.size)
         return written.text()

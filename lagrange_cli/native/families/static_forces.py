@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.arrangement import Arrangement
-from lagrange_cli.native.families.constraints.jet import solved_at_a_state
+from lagrange_cli.native.families.constraints.together_jet import solved_at_a_state
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.joints.articulated import ArticulatedJet
 from lagrange_cli.native.families.joints.balance import Balance
@@ -41,14 +41,15 @@ def where_diagonal(arrangement: Arrangement, sizes: Total, unit: float) -> str:
     for total in (*first, *totals):
         arrays[total] = vectors.place(base, arrangement.size)
         arrangement.size += room(total.count)
+    arrays.update(arrangement.placed_together(vectors, base, held))
     time = f.load("%state", arrangement.layout.at(Clock.TIME))
     evaluation = arrangement.evaluation(vectors, arrays, time)
     if held is not None:
         evaluation.write(first)
-        scratch, multipliers = vectors.place(base, arrangement.size), held.bonds.multipliers
+        scratch = vectors.place(base, arrangement.size)
         arrangement.size += room(arrangement.tabled.size)
-        solved_at_a_state(evaluation, held, arrangement.tabled, scratch, multipliers)
-        totals = [one for one in totals if one is not multipliers]
+        solved_at_a_state(evaluation, held, arrangement.tabled, arrangement.factors, scratch)
+        totals = [one for one in totals if one not in held.found]
     evaluation.write(totals)
     errors, inverses = (evaluation.where(one) for one in (sizes, arrangement.lasting.inverses))
 

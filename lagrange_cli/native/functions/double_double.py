@@ -14,7 +14,7 @@ from math import factorial
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Real, cast
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real, cast
 from lagrange_cli.native.numbers.double_double import (
     OPERATIONS,
     DDReal,
@@ -127,9 +127,27 @@ def _log(x: DDReal) -> DDReal:
     return choose(body.magnitude(first.high) < INFINITY, made, first)
 
 
+def parity(y: DDReal) -> tuple[Bit, Bit]:
+    """Whether a number is whole, and whether it is odd then."""
+    body = y.high.body
+    floors = [body.function("floor", one) for one in y.parts]
+    rests = [one - body.function("floor", one * 0.5) * 2.0 for one in floors]
+    whole = floors[0].equals(y.parts[0])
+    for floor, one in zip(floors[1:], y.parts[1:]):
+        whole = whole & floor.equals(one)
+    total = rests[0]
+    for one in rests[1:]:
+        total = total + one
+    return whole, total.equals(1.0)
+
+
 def _pow(x: DDReal, y: DDReal) -> DDReal:
     body = x.high.body
-    made = apply("exp", y * apply("log", x))
+    negative = x.high < 0.0
+    made = apply("exp", y * apply("log", choose(negative, -x, x)))
+    whole, odd = parity(y)
+    of_negative = choose(whole, choose(odd, -made, made), pair(body, float("nan")))
+    made = choose(negative, of_negative, made)
     other = choose(y.high < 0.0, DDReal(body.constant(INFINITY)), pair(body, 1))
     of_zero = choose(y.high > 0.0, pair(body, 0), other)
     return choose(x.high.equals(0.0), of_zero, made)

@@ -105,6 +105,7 @@ class CollocationSteps(ImplicitSteps):
             with f.when(~f.call(Bit, "stages", *places, h)):
                 f.give(f.constant(UNSOUND))
             self._right_sides(f, h)
+            self.push(f, STAGES)
             self.solve(f, "real", 1, 0)
             self.solve(f, "complex", 2, 1)
             size = f.function("sqrt", self._correct(f) * (1.0 / (STAGES * self.size)))

@@ -5,7 +5,8 @@ For increments that grow at a rate s, of velocities dv and coordinates dq = dv/s
     (s - B - A/s) dv = given,    A = da/dq, B = da/dv,
 
 so that matrices have one row for each coordinate. A and B are differences of the rates: of columns that have
-no row in common together (A. Curtis, M. Powell and J. Reid, J. Inst. Maths Applics 13, 1974). They are kept
+no row in common together (A. Curtis, M. Powell and J. Reid, J. Inst. Maths Applics 13, 1974). If M is banded,
+and its inverse is not, A and B are M times these, and so are both sides of the equations. They are kept
 for many steps. The state at which they belong is carried with the motion, so that they can be computed once
 more where it is resumed. A ``version`` tells which ones are in ``%work``.
 """
@@ -13,7 +14,7 @@ more where it is resumed. A ``version`` tells which ones are in ``%work``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from lagrange_cli.errors import TooManyNumbers
@@ -64,6 +65,7 @@ def areas(given: Given) -> dict[str, int]:
         "real": band.room(1),
         "complex": band.room(2),
         "x": 3 * band.length,
+        **({} if coupling.masses is None else {"changes": band.length, "pushed": band.length}),
         **{f"rows{k}": wide for k in range(3)},
     }
     total = sum(found.values())
@@ -103,7 +105,9 @@ class ImplicitSteps(RateSteps):
         return [table("coupled", self.coupling.places or (0,)), *super().functions()]
 
     def helpers(self) -> list[Function]:
-        return [*self.band.functions(1), *self.band.functions(2), self._slopes(), self._matrices()]
+        masses = self.coupling.masses
+        own = [] if masses is None else [masses.function()]
+        return [*own, *self.band.functions(1), *self.band.functions(2), self._slopes(), self._matrices()]
 
     # numbers
 
@@ -141,6 +145,17 @@ class ImplicitSteps(RateSteps):
         """Solve for the right-hand side at number ``x`` of the area of these."""
         right = f.place("%work", self.areas["x"] + x * self.band.length, "double")
         f.call(None, f"solve_{parts}", self.area(f, matrix), right)
+
+    def push(self, f: Function, count: int) -> None:
+        """Multiply the first right-hand sides by M, if the matrices are."""
+        masses, band = self.coupling.masses, self.band
+        for k in range(count if masses is not None else 0):
+            assert masses is not None
+            x = f.place("%work", self.areas["x"] + k * band.length, "double")
+            pushed = self.area(f, "pushed")
+            masses.push(f, x, pushed)
+            with f.loop(0, self.size, tested=False) as p:
+                f.store(f.load(pushed, p), x, p)
 
     # derivatives
 
@@ -201,6 +216,7 @@ class ImplicitSteps(RateSteps):
                     f.store(moved, "%work", row + at.state)
                     f.store(moved - x, "%work", p + self.areas["differences"])
                 rates, _ = self._evaluate(f, t, state, work)
+                change = self._changes(f, rates)
                 with f.loop(colour, self.size, colours, tested=False) as p:
                     row = self.coordinate(f, p) + shift
                     f.store(f.load("%work", row + self.areas["point"]), "%work", row + at.state)
@@ -208,15 +224,32 @@ class ImplicitSteps(RateSteps):
                     first, last = band.within(f, p)
                     with f.loop(first, last, tested=False) as r:
                         k = self.coordinate(f, r)
-                        slope = (f.load(rates, k) - f.load("%work", k + self.areas["base"])) * share
+                        slope = change(k, r) * share
                         slope = f.select(f.magnitude(slope) < math.inf, slope, f.constant(0.0))
                         f.store(slope, "%work", band.at(r, p) + self.areas[area])
+                        if self.coupling.masses is not None:
+                            slope = slope * self.coupling.masses.inverse(f, k)
                         square = slope * slope if area == "by_v" else f.magnitude(slope)
                         fastest.set(f.larger(square, fastest.get()))
         self.note(f, fastest.get(), FASTEST, "cache")
         self.note(f, self.noted(f, VERSION), KNOWN, "cache")
         f.give()
         return f
+
+    def _changes(self, f: Function, rates: Pointer) -> Callable[[Integer, Integer], Real]:
+        """What gives the change of the rate of a coordinate, or of the force at its row."""
+
+        def change(k: Integer) -> Real:
+            return f.load(rates, k) - f.load("%work", k + self.areas["base"])
+
+        masses = self.coupling.masses
+        if masses is None:
+            return lambda k, row: change(k)
+        changes, pushed = self.area(f, "changes"), self.area(f, "pushed")
+        with self.in_band(f) as (p, k):
+            f.store(change(k), changes, p)
+        masses.push(f, changes, pushed)
+        return lambda k, row: f.load(pushed, row)
 
     def factored(self, f: Function, h: Real) -> None:
         """The matrices for steps of ``h``, unless they are there."""
@@ -237,11 +270,15 @@ class ImplicitSteps(RateSteps):
             for share, place, rest in zip(shares, places, (True, True, False)):
                 value = f.fused(a, share, -b) if rest else a * share
                 f.store_row(value, "%work", i + place)
-        inverse_h = f.constant(1.0) / h
-        with f.loop(0, self.size, tested=False) as p:
-            for rate, place in zip((real, other.real, other.imag), places):
-                index = band.at(p, p) + place
-                f.store(f.fused(inverse_h, rate, f.load("%work", index)), "%work", index)
+        inverse_h, rates = f.constant(1.0) / h, (real, other.real, other.imag)
+        if self.coupling.masses is not None:
+            terms = [(f.place("%work", at, "double"), inverse_h * rate) for rate, at in zip(rates, places)]
+            self.coupling.masses.add(f, band, terms)
+        else:
+            with f.loop(0, self.size, tested=False) as p:
+                for rate, place in zip(rates, places):
+                    index = band.at(p, p) + place
+                    f.store(f.fused(inverse_h, rate, f.load("%work", index)), "%work", index)
         f.call(None, "factor_1", self.area(f, "real"))
         f.call(None, "factor_2", self.area(f, "complex"))
         self.note(f, h, LENGTH_FACTORED, "cache")

@@ -118,8 +118,13 @@ class RadauSteps(CollocationSteps):
             self.put_row(f, f.select(inside, speed, zero), "rows2", i)
         with self.in_band(f) as (p, row):
             f.store(f.load("%work", row + self.areas["rows0"]), "%work", p + (x + band.length))
+        own = self.coupling.masses is not None
+        if own:
+            with self.in_band(f) as (p, row):
+                f.store(f.load("%work", row + self.areas["rows2"]), "%work", p + x)
+            self.push(f, 1)
         with self.in_band(f) as (p, row):
-            total = f.variable(f.load("%work", row + self.areas["rows2"]))
+            total = f.variable(f.load("%work", p + x if own else row + self.areas["rows2"]))
             first, last = band.within(f, p)
             with f.loop(first, last, tested=False) as j:
                 slope = f.load("%work", band.at(p, j) + self.areas["by_q"])

@@ -7,7 +7,7 @@ Proc. 24th Nat. Conf. ACM, 1969): then the matrices are banded in chains, rings 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -16,10 +16,28 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.native.llvm.function import Function
+    from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 
 IndexArray = np.ndarray[Any, np.dtype[np.int64]]
 FEW = 16
 """Up to so many coordinates, matrices are full."""
+
+
+class Masses(Protocol):
+    """M, where accelerations depend on more coordinates than forces do."""
+
+    def function(self) -> Function:
+        """What ``push`` calls."""
+
+    def push(self, f: Function, x: Pointer, y: Pointer) -> None:
+        """y = M x, in the order of the rows."""
+
+    def add(self, f: Function, band: Banded, terms: list[tuple[Pointer, Real]]) -> None:
+        """Add M to matrices of this ``band``, times a number each."""
+
+    def inverse(self, f: Function, coordinate: Integer) -> Real:
+        """About 1/M of a coordinate."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +46,8 @@ class Coupling:
 
     band: Banded
     places: tuple[int, ...] = ()
+    masses: Masses | None = None
+    """M, if the matrices are those of forces, times M."""
 
     @property
     def colours(self) -> int:

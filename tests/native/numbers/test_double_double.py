@@ -112,6 +112,21 @@ def test_functions_of_two_numbers(name, x, y):
     assert abs(found - known) <= BOUND * growth * (abs(known) + slack * 1e-1)
 
 
+@settings(max_examples=60, deadline=None)
+@given(x=number(1e-3, 20), n=st.integers(-9, 9))
+def test_whole_powers_of_negative_numbers(x, n):
+    found, (x, _) = computed("pow", -abs(x), MP.mpf(n))
+    assert abs(found - x**n) <= BOUND * (1 + abs(n * MP.log(-x))) * abs(x**n)
+
+
+def test_other_powers_of_negative_numbers_are_none():
+    """Also where the fraction is in the low part; a large number with an odd low part is odd."""
+    for n in (MP.mpf(0.5), MP.mpf(2) ** 60 + MP.mpf(0.25)):
+        assert MP.isnan(computed("pow", MP.mpf(-1), n)[0])
+    assert computed("pow", MP.mpf(-1), MP.mpf(2) ** 60 + 1)[0] == -1
+    assert computed("pow", MP.mpf(-1), MP.mpf(2) ** 60 - 2)[0] == 1
+
+
 def test_beyond_the_range():
     """Infinities and what is no number come out as such."""
     for name, argument in (("log", -1), ("sqrt", -1), ("asin", 2), ("sin", 1e300)):

@@ -35,9 +35,11 @@ class DenseTables:
         self.size = 3 * width + count * width
         """The doubles of all arrays."""
 
-    def placed(self, pairs: Places) -> Mapping[str, Places]:
-        """Where the entries of the unknowns ``pairs`` (entries, 2), the larger first, go in the matrix."""
-        return {"matrix": pairs[:, 1] * self.width + pairs[:, 0]}
+    def placed(self, pairs: Places, sizes: Places | None = None) -> Mapping[str, Places]:
+        """Where the entries of the unknowns ``pairs`` (entries, 2), the larger first, go in the matrix; and
+        where the ``sizes`` are that pivots are compared with, if these are no entries on its diagonal."""
+        found = {"matrix": pairs[:, 1] * self.width + pairs[:, 0]}
+        return found if sizes is None else {**found, "diagonal": sizes}
 
 
 SolvingTables: TypeAlias = "SaddleTables | DenseTables"
@@ -96,8 +98,10 @@ class Dense:
         targets = self.tables.of_array(entries["matrix"])
         with f.loop(0, len(entries["matrix"]), tested=False) as k:
             vectors.store(vectors.load(base, k), self.place("matrix"), place_at(f, k + targets))
+        behind = self.tables.of_array(entries["diagonal"]) if "diagonal" in entries else None
         with f.loop(0, count, tested=False) as k:
-            vectors.store(vectors.load(self.row(k), k), self.place("diagonal"), k)
+            source, at = (self.row(k), k) if behind is None else (base, place_at(f, k + behind))
+            vectors.store(vectors.load(source, at), self.place("diagonal"), k)
         least = f.constant(FLOOR * kind.unit)
         with f.loop(0, count, tested=False) as k:
             row, begin = self.row(k), block_of(k)

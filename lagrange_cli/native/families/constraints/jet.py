@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.families.constraints.dense import Dense, DenseTables, SolvingTables
-from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
+from lagrange_cli.native.families.constraints.restraint import AlongMotion
 from lagrange_cli.native.families.constraints.saddle import Tabled
 from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.diagonal import regular_masses
@@ -45,12 +45,20 @@ class ConstrainedJet(CorrectedJet):
         self.arrange(totals)
         for array in motion.arrays:
             self.planes[array] = self.take(room(array.count)), 0
-        self.planes[motion.rates] = self.planes[motion.free]
+        self.place_rates()
         self.arrange_members(motion.locals)
-        self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.work)
-        self.take(room(self.tabled.size))
+        self.place_saddle()
         self.place_kept()
         return totals
+
+    def place_rates(self) -> None:
+        """Find a place for the accelerations."""
+        self.planes[self.motion.rates] = self.planes[self.motion.free]
+
+    def place_saddle(self) -> None:
+        """The same for what solves."""
+        self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.work)
+        self.take(room(self.tabled.size))
 
     def accelerate(
         self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
@@ -60,20 +68,29 @@ class ConstrainedJet(CorrectedJet):
         evaluation.clear(added(given, [series.loop for series, _ in self.members]))
         self.evaluate(k, phase)
         if first:
-            evaluation.write([motion.square])
-            regular = self.f.variable(Bit(self.f, "true", 1))
-            self.saddle.factor(self.at(motion.square, 0), motion.placed(self.tabled), regular)
-            self.sound = regular.get()
+            self.factor(evaluation)
+        self.find(evaluation)
+        self.evaluate(k, correcting=True)
+        self.advance(evaluation, k, motion.final)
+        self.keep(motion.multipliers, k)
+
+    def factor(self, evaluation: Evaluation) -> None:
+        """Factor what is solved with at all orders."""
+        evaluation.write([self.motion.square])
+        regular = self.f.variable(Bit(self.f, "true", 1))
+        self.saddle.factor(self.at(self.motion.square, 0), self.motion.placed(self.tabled), regular)
+        self.sound = regular.get()
+
+    def find(self, evaluation: Evaluation) -> None:
+        """Find the multipliers, and the accelerations from these."""
+        motion = self.motion
         evaluation.write([motion.free])
         for one in motion.sides:
             evaluation.write([one])
         solve(self.saddle, self.at(motion.sides[-1], 0), self.at(motion.multipliers, 0), zeroed=True)
         evaluation.add([motion.rates])
-        if motion.final is not motion.rates:
+        if motion.final is not motion.rates and isinstance(motion.final, Total):
             evaluation.write([motion.final])
-        self.evaluate(k, correcting=True)
-        self.advance(evaluation, k, motion.final)
-        self.keep(motion.multipliers, k)
 
     def regular(self) -> Bit:
         return regular_masses(self) & self.sound
@@ -90,13 +107,3 @@ def solve(saddle: Saddle, right: Pointer, to: Pointer, *, zeroed: bool = False) 
     with f.loop(0, vectors_of(count), tested=False) as b:
         row = vectors.gather(saddle.base, places_at(f, b * LANES + table))
         vectors.store_row(row, to, b * LANES)
-
-
-def solved_at_a_state(
-    evaluation: Evaluation, restraint: AtAState, tabled: SolvingTables, scratch: Pointer, to: Array
-) -> None:
-    """Compute the multipliers, with room at ``scratch``."""
-    f, vectors, where = evaluation.f, evaluation.vectors, evaluation.where
-    saddle = saddle_of(vectors, tabled, scratch, 0)
-    saddle.factor(where(restraint.square), restraint.placed(tabled), f.variable(Bit(f, "true", 1)))
-    solve(saddle, where(restraint.right), where(to))

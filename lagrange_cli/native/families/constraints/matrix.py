@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.families.arrays import Term, Total, total_of
+from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constraints.joint_matrices import JointMatrices
 
@@ -37,6 +37,17 @@ class MatrixOfConstraints:
     def masses(self) -> list[Term]:
         """M, at rows times all coordinates, plus the column."""
         n, every = self.degrees, np.arange(self.degrees)
+        coupled = self.system.coupled_masses
+        if coupled is not None:
+            i, j = coupled.pairs.T
+            below = coupled.below
+            both = ((np.arange(len(i)), i * n + j), (below, j[below] * n + i[below]))
+            domains = [Domain(len(numbers)) for numbers, _ in both]
+            slots = self.system.slots
+            return [
+                Term(domain, slots.symbol(domain, coupled.entries, numbers), places)
+                for domain, (numbers, places) in zip(domains, both)
+            ]
         if self.system.joints is None:
             mass = self.system.slots.symbol(self.system.everyone, self.system.masses, every)
             return [Term(self.system.everyone, mass, every * (n + 1))]

@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, cast
 
-import numpy as np
-
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.families.arrays import Array, Source, Term
-from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.arrays import Array, Term
 from lagrange_cli.native.families.constraints.dense import SolvingTables
-from lagrange_cli.native.families.constraints.jet import Saddle, saddle_of, solve
-from lagrange_cli.native.families.constraints.restraint import Restraint
+from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
+from lagrange_cli.native.families.constraints.together_jet import factored
+from lagrange_cli.native.families.coupled_masses import MassFactors
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.llvm.flow import Variable
@@ -28,76 +24,6 @@ from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, places_of
 from lagrange_cli.records import dataclass, replace
-
-
-class Moves(Restraint):
-    """The totals of a projection: coordinates are ``moved`` first, and then velocities."""
-
-    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
-        super().__init__(system, lasting)
-        graph = self.graph
-        self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
-        """What should be 0: f, and df/dt or g."""
-        numbers = range(len(self.bounds))
-        self.right = self.of_bounds(dict.fromkeys(numbers, graph.zero), less=self.off)
-        self.moved = self.on_coordinates(None, self.multipliers)
-        kicks, later = [], {}
-        for b, one in enumerate(self.bounds):
-            for slope, rows in zip(one.slopes, one.rows) if one.holonomic else ():
-                rate = self.rate(slope)
-                if not rate.is_zero:
-                    kicks.append(Term(one.domain, -(self.own(b, self.multipliers) * rate), rows))
-            slots = self.slots.inside(one.speed)
-            terms = [
-                (graph.diff(one.speed, x) * self.slots.symbol(one.domain, self.moved, slot.table), 1.0)
-                for x, slot in slots
-                if slot.array is system.q
-            ]
-            later[b] = graph.sum(terms)
-        self.kicks = self.total(self.size, kicks)
-        """M dv without forces of constraint (``Constraints.transport``)."""
-        self.free = self.pushed(self.kicks)
-        self.right_speeds = self.of_bounds(
-            {b: -later[b] - self.along(b, self.free) for b in numbers}, less=self.off_speeds
-        )
-        self.speeds = self.on_coordinates(self.of_all(self.free), self.multipliers)
-        self.sizes = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
-        """Of constraints with several terms: by how much rounding may change what should be 0."""
-        self.loops = [self._loop(b) for b in numbers]
-
-    def _loop(self, number: int) -> Loop:
-        """What is computed of a bound before it is known whether anything moves."""
-        one = self.bounds[number]
-        every = np.arange(one.domain.count)
-        place = one.node if one.holonomic else self.graph.zero
-        given = [(place, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
-        given += [(node, every, array) for node, array in zip(one.slopes, self.slopes[number])]
-        if not one.whole:
-            given += [(self.graph.one, one.numbers, array) for array in self.sizes]
-        terms: list[tuple[Term, Array]] = []
-        for node, targets, array in given:
-            (term,) = self.total(one.domain.count, [Term(one.domain, node, targets)]).terms
-            terms.append((term, array))
-        # their velocities are read in any case
-        sizes = [self.slots.symbol(one.domain, self.system.v, rows) for rows in one.rows]
-        read = [(Term(one.domain, x, every), Array(Source.TOTAL, one.domain.count)) for x in sizes]
-        return Loop(one.domain, [*terms, *read], self.slots, frozenset(self.slopes[number]))
-
-    @property
-    def arrays(self) -> Sequence[Array]:
-        """All that are computed."""
-        slopes = [one for some in self.slopes for one in some]
-        found = [
-            self.off,
-            self.off_speeds,
-            *(self.sizes if len(self.bonds.summed) else ()),
-            *slopes,
-            self.square,
-            self.right,
-            self.multipliers,
-            self.moved,
-        ]
-        return [*found, self.kicks, self.free, self.right_speeds, self.speeds]
 
 
 class ExactConstants(Everywhere):
@@ -185,10 +111,11 @@ class Projection:
     """Writes ``@project(constants, state)``, in the function of the ``evaluation``. There is room at
     ``scratch``; of t there is ``low_time`` besides."""
 
-    moves: Moves
+    moves: Moves | MovesTogether
     evaluation: Evaluation
     layout: StateLayout
     tabled: SolvingTables
+    factors: MassFactors | None
     scratch: Pointer
     low_time: str
 
@@ -204,7 +131,7 @@ class Projection:
         moves, evaluation = self.moves, self.evaluation
         f = evaluation.f
         fine = f.variable(Bit(f, "true", 1))
-        slopes = [one for some in moves.slopes for one in some]
+        slopes = [one for some in moves.columns for one in some]
         summed = moves.bonds.summed.tolist()
         totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
         evaluation.clear(added(totals, moves.loops))
@@ -212,9 +139,8 @@ class Projection:
             Residuals(self, number, fine).write()
         if summed:
             self._judge(summed, fine)
-        saddle = saddle_of(evaluation.vectors, self.tabled, self.scratch, 0)
         with f.when(~fine.get()):
-            self._move(saddle)
+            self._move()
         f.give()
         return f.text()
 
@@ -228,20 +154,14 @@ class Projection:
                 value, most = (vectors.high(vectors.load(where(one), number)) for one in (off, size))
                 fine.set(fine.get() & (f.magnitude(value) <= most))
 
-    def _move(self, saddle: Saddle) -> None:
+    def _move(self) -> None:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
-        at, where, multipliers = places_of(self.layout), evaluation.where, evaluation.where(moves.multipliers)
-        evaluation.write([moves.square])
-        regular = f.variable(Bit(f, "true", 1))
-        saddle.factor(where(moves.square), moves.placed(self.tabled), regular)
-        with f.when(regular.get()):
-            for right, total in ((moves.right, moves.moved), (moves.right_speeds, moves.speeds)):
-                if total is moves.speeds:
-                    evaluation.write([moves.kicks])
-                    evaluation.write([moves.free])
-                evaluation.write([right])
-                solve(saddle, where(right), multipliers)
-                evaluation.write([total])
+        at, where = places_of(self.layout), evaluation.where
+        if self.factors is None:
+            evaluation.write([moves.square])
+        saddle, regular = factored(moves, evaluation, self.tabled, self.factors, self.scratch)
+        with f.when(regular):
+            moves.move(evaluation, saddle)
             for total, row in ((moves.moved, at.q), (moves.speeds, at.v)):
                 add_to_state(evaluation.vectors, where(total), row, self.layout)
             at.counted(f)

@@ -75,16 +75,23 @@ class Bonded:
 class Restraint(Bonded):
     """The totals of the constraints of a system whose M is diagonal."""
 
+    definite = True
+    """Whether the matrix of the equations is positive."""
+
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.everyone = system.everyone
-        self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
+        self.slopes = self.all_columns()
         """A, of each bound a column for each of its coordinates."""
         self.square = self._square()
 
     def hold(self, domain: Domain, first: Places, second: Places) -> Node:
         """1 where two constraints hold the motion."""
         return self.graph.one
+
+    def all_columns(self) -> Sequence[Sequence[Array]]:
+        """The columns of A."""
+        return [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
 
     def column(self, bound: Bound, slope: Node) -> Array:
         """A column of A, which may be computed elsewhere."""
@@ -183,6 +190,11 @@ class Restraint(Bonded):
 class AtAState(Restraint):
     """Those of the multipliers at one state."""
 
+    @property
+    def found(self) -> Sequence[Array]:
+        """What is solved for."""
+        return (self.bonds.multipliers,)
+
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.free = self.pushed(lasting.arranged(system.forces, kept=False))
@@ -201,6 +213,10 @@ class AlongMotion(Restraint):
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.forces = lasting.arranged(system.forces, kept=False)
+        self.arrange()
+
+    def arrange(self) -> None:
+        """Find what is solved for, and what that is made of."""
         self.free = self.pushed(self.forces)
         """Accelerations without constraints."""
         self.right = self.of_bounds(
@@ -209,7 +225,7 @@ class AlongMotion(Restraint):
         self.sides = self.sides_of(self.right)
         self.rates = self.on_coordinates(None, self.multipliers)
         """The same with constraints: what these add to ``free``."""
-        self.final = self.finished(self.rates)
+        self.final: Array = self.finished(self.rates)
         self.locals = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows]
 
     def sides_of(self, right: Total) -> Sequence[Total]:
@@ -229,9 +245,13 @@ class AlongMotion(Restraint):
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
-        pulled = [(rows, self.forces, 1.0) for rows in bound.rows]
         return self.series_of(
-            bound, {self.system.v: self.system.q}, [*zip(bound.symbols, self.slopes[number], pulled)],
-            self.own(number, self.multipliers),
+            bound, {self.system.v: self.system.q}, self.columns(number), self.own(number, self.multipliers),
             lambda place: self.slots.symbol(bound.domain, self.final, place.table),
         )  # fmt: skip
+
+    def columns(self, number: int) -> Sequence[tuple[Node, Array, tuple[Places, Array, float]]]:
+        """The symbols of a bound's coordinates, where its slopes by these go, and its forces."""
+        bound = self.bounds[number]
+        pulled = [(rows, self.forces, 1.0) for rows in bound.rows]
+        return [*zip(bound.symbols, self.slopes[number], pulled)]

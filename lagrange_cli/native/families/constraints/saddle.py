@@ -9,7 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.families.constraints.saddle_tables import EliminationRounds, RowSums, SaddleTables
+from lagrange_cli.native.families.constraints.saddle_tables import (
+    FLOORS,
+    EliminationRounds,
+    RowSums,
+    SaddleTables,
+)
 from lagrange_cli.native.families.tables import place_at, places_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
@@ -91,7 +96,7 @@ class Tabled:
                 with self.f.loop(0, vectors_of(len(places)), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
-        self._floors()
+        self._floors(FLOORS if FLOORS in entries else "diagonal")
         self._rounds(self.tabled.factoring, regular)
         for name, rows in (("rows", self.tabled.forward), ("columns", self.tabled.backward)):
             if rows.length:
@@ -127,11 +132,11 @@ class Tabled:
         """A number of an array, eight times."""
         return self.vectors.operand(self.vectors.splat(self.vectors.load(self.place(name), at), LANES))
 
-    def _floors(self) -> None:
-        """Below which part of their entries pivots are nothing but rounding."""
+    def _floors(self, sizes: str) -> None:
+        """Below which part of their entries, or of other ``sizes``, pivots are nothing but rounding."""
         unit = self.emitter.number(FLOOR * self.emitter.unit)
         with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
-            self.store(self.emitter.mul(unit, self.load("diagonal", b * LANES)), "unknowns", b * LANES)
+            self.store(self.emitter.mul(unit, self.load(sizes, b * LANES)), FLOORS, b * LANES)
 
     def _rounds(self, part: EliminationRounds, regular: Variable[Bit]) -> None:
         """All rounds, one after the other: what earlier ones give to their entries, 1/D, and L."""
@@ -162,7 +167,7 @@ class Tabled:
         """1/D of a round, and whether the pivots are sound."""
         f, emitter = self.f, self.emitter
         with f.loop(*blocks, tested=False) as b:
-            pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", "unknowns"))
+            pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", FLOORS))
             self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
             if not self.definite:
                 pivot, floor = emitter.magnitude(pivot), emitter.magnitude(floor)

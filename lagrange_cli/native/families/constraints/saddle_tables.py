@@ -19,6 +19,8 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
+FLOORS = "unknowns"
+"""The array in which the sizes of pivots are, as they are found."""
 Entry = tuple[int, int]
 """Two unknowns."""
 
@@ -174,13 +176,19 @@ class SaddleTables:
         tables = [self.tables.of_array(one) for one in (starts, ends, kept, *both)]
         return RowSums(len(kept), length, *tables)
 
-    def placed(self, pairs: Places) -> Mapping[str, Places]:
+    def placed(self, pairs: Places, sizes: Places | None = None) -> Mapping[str, Places]:
         """Where the entries of the unknowns ``pairs`` (entries, 2) are, by the arrays that they are factored
-        in. Behind them are 0 and 1, for what is no entry and for places of no unknown on the diagonal."""
+        in. Behind them are 0 and 1, for what is no entry and for places of no unknown on the diagonal. Where
+        entries on the diagonal do not tell how large pivots are, ``sizes`` has the place of one that does,
+        for each unknown."""
         known, zero = {(i, j): k for k, (i, j) in enumerate(pairs.tolist())}, len(pairs)
         diagonal = [zero + 1 if i is None else known.get((i, i), zero) for i in self.listed]
         lower = [zero if pair is None else known.get((max(pair), min(pair)), zero) for pair in self.pairs]
-        return {"diagonal": np.array(diagonal, np.int64), "lower": np.array(lower, np.int64)}
+        found = {"diagonal": np.array(diagonal, np.int64), "lower": np.array(lower, np.int64)}
+        if sizes is not None:
+            listed = [zero if i is None else int(sizes[i]) for i in self.listed]
+            found[FLOORS] = np.array(listed, np.int64)
+        return found
 
 
 def positions(listed: Sequence[int | None]) -> dict[int, int]:

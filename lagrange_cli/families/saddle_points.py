@@ -1,0 +1,72 @@
+"""Equations for accelerations and multipliers together, where M is constant but not diagonal:
+
+    M a - A^T lambda = F,    -A a = c,
+
+with the slopes A of the constraints and the rest c of their second derivatives (first ones, of those on
+velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen, Numerical solution
+of saddle point problems, Acta Numerica 14, 2005). A constraint is eliminated behind all coordinates that it
+contains: then no pivot is 0 as long as M is positive and the constraints are independent.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.families.bonds import Bonds
+from lagrange_cli.families.coupled_masses import CoupledMasses
+from lagrange_cli.families.elimination import elimination_of
+from lagrange_cli.model.sparse import SparseElimination
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class SaddlePoint:
+    """The matrix of these ``masses`` and ``bonds``: the unknowns are those of all coordinates, and then those
+    of all constraints."""
+
+    masses: CoupledMasses
+    bonds: Bonds
+
+    @property
+    def count(self) -> int:
+        """The number of unknowns."""
+        return self.masses.count + self.bonds.count
+
+    @cached_property
+    def _listed(self) -> tuple[list[Places], Places]:
+        """Where each column of A goes among the entries, and the places of these."""
+        size, bounds = self.count, self.bonds.bounds
+        keys = [
+            (self.masses.count + bounds[b].numbers) * size + bounds[b].rows[a] for b, a in self.bonds.pulls
+        ]
+        found = np.unique(np.concatenate(keys))
+        before = len(self.masses.pairs)
+        return [before + np.searchsorted(found, one) for one in keys], np.stack(
+            np.divmod(found, size), axis=1
+        )
+
+    @property
+    def places(self) -> list[Places]:
+        """Where the numbers of each of the bonds' ``pulls`` go."""
+        return self._listed[0]
+
+    @cached_property
+    def pairs(self) -> Places:
+        """The places of the entries (entries, 2), those of M first: the larger number first."""
+        return np.concatenate([self.masses.pairs, self._listed[1]])
+
+    @cached_property
+    def elimination(self) -> SparseElimination | None:
+        """How the matrix is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too
+        many numbers."""
+        return elimination_of(self.count, self.pairs, self.masses.count)
+
+    @property
+    def sizes(self) -> Places:
+        """What each pivot is compared with: of coordinates the entry on the diagonal, of constraints a number
+        behind the entries, 0 and 1."""
+        diagonal = np.flatnonzero(self.masses.pairs[:, 0] == self.masses.pairs[:, 1])
+        return np.concatenate([diagonal, len(self.pairs) + 2 + np.arange(self.bonds.count)])

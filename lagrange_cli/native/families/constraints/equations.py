@@ -1,0 +1,53 @@
+"""Which equations accelerations and multipliers follow from, by whether M is diagonal."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from lagrange_cli.families.bonds import Bonds
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.saddle_points import SaddlePoint
+from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
+from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
+from lagrange_cli.native.families.constraints.saddle_tables import SaddleTables
+from lagrange_cli.native.families.constraints.together import (
+    FreeAtAState,
+    TogetherAlongMotion,
+    TogetherAtAState,
+)
+from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.tables import Tables
+
+Pulled: TypeAlias = "AtAState | TogetherAtAState | FreeAtAState"
+"""What is solved for at a state."""
+
+
+def along_motion(system: FamilySystem, lasting: Lasting, *, lasts: bool) -> AlongMotion:
+    """Those along a motion, with a matrix that ``lasts`` or changes."""
+    if system.saddle is not None:
+        return TogetherAlongMotion(system, lasting, lasts=lasts)
+    return AlongMotion(system, lasting)
+
+
+def moves_of(system: FamilySystem, lasting: Lasting, *, lasts: bool) -> Moves | MovesTogether:
+    """Those of a projection."""
+    if system.saddle is not None:
+        return MovesTogether(system, lasting, lasts=lasts)
+    return Moves(system, lasting)
+
+
+def at_a_state(system: FamilySystem, lasting: Lasting, *, lasts: bool) -> Pulled | None:
+    """Those at a state; None where accelerations are forces divided by masses."""
+    if system.saddle is not None:
+        return TogetherAtAState(system, lasting, lasts=lasts)
+    if system.bonds is not None:
+        return AtAState(system, lasting)
+    return None if system.coupled_masses is None else FreeAtAState(system, lasting)
+
+
+def tables_of(equations: Bonds | SaddlePoint, tables: Tables) -> SolvingTables:
+    """How they are solved."""
+    if equations.elimination is None:
+        return DenseTables(equations.count, tables)
+    return SaddleTables(equations.elimination, tables)
