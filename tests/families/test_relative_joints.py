@@ -221,3 +221,35 @@ potential: sum(b[i].y for i in range(N))
     assert systems.any_family_system(read_spec(given, "arm.yaml")) is None
     simple = given.replace(up or "none", "").replace(angle, "phi[i]").replace(f"({base})", "(th[0])")
     assert systems.any_family_system(read_spec(simple, "arm.yaml")) is not None
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_links_that_rest_are_those_that_others_hang_from(
+    method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first link has a fixed direction."""
+    given = """
+sizes: {N: 5}
+parameters: {l: 0.2, g: 9.81, a: 0.3}
+coordinates: {"phi[i in range(N)]": {initial: "0.1 + 0.05*i"}}
+definitions:
+  th[0]: a
+  th[i in range(1, N + 1)]: th[i - 1] + phi[i - 1]
+  x[0]: l*cos(th[0])
+  x[i in range(1, N + 1)]: x[i - 1] + l*cos(th[i])
+  y[0]: l*sin(th[0])
+  y[i in range(1, N + 1)]: y[i - 1] + l*sin(th[i])
+masses: {"b[i in range(N + 1)]": 1}
+embedding: {"b[i in range(N + 1)]": ["x[i] - l/2*cos(th[i])", "y[i] - l/2*sin(th[i])"]}
+potential: sum(g*b[i].y for i in range(N + 1)) + sum(0.1*th[i]**2 for i in range(N + 1))
+dissipation: sum(0.1*phi_dot[i]**2 for i in range(N))
+"""
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    fewest(monkeypatch, 0)
+    system = systems.family_system(read_spec(given, "arm.yaml"))
+    assert system is not None and system.joints is not None and system.joints.relative is not None
+    _, found = followed(given, WRITTEN, stop=0.3, method=method)
+    fewest(monkeypatch, 10**9)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
+    _, expected = followed(given, WRITTEN, stop=0.3, method=method)
+    alike(found.data, expected.data, 2.0**-40)

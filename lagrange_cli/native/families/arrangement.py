@@ -14,6 +14,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
+from lagrange_cli.native.families.constraints.coupled_masses import factors_of
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.equations import (
     Pulled,
@@ -25,7 +26,6 @@ from lagrange_cli.native.families.constraints.equations import (
 from lagrange_cli.native.families.constraints.matrix import MatrixOfConstraints
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.constraints.sticking import Sticking
-from lagrange_cli.native.families.coupled_masses import factors_of
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.joints.balance import Balance
 from lagrange_cli.native.families.joints.closed_projection import Residuals

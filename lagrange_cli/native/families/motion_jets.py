@@ -7,12 +7,12 @@ import math
 
 from lagrange_cli.families.arrays import Array, Chain
 from lagrange_cli.native.families.beside import BesideJet
+from lagrange_cli.native.families.constraints.coupled_masses import CoupledMassesJet, CoupledMassesRates
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet
 from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.constraints.together import TogetherAlongMotion
 from lagrange_cli.native.families.constraints.together_jet import TogetherJet
 from lagrange_cli.native.families.corrected import CorrectedJet
-from lagrange_cli.native.families.coupled_masses import CoupledMassesJet, CoupledMassesRates
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet, SeriesJet

@@ -7,10 +7,10 @@ from typing import Any, cast
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import Array, Term
+from lagrange_cli.native.families.constraints.coupled_masses import MassFactors
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
 from lagrange_cli.native.families.constraints.together_jet import factored
-from lagrange_cli.native.families.coupled_masses import MassFactors
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.tables import place_at

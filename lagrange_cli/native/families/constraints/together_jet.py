@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
+from lagrange_cli.native.families.constraints.coupled_masses import MassFactors
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.equations import Pulled
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet, Saddle, saddle_of, solve
 from lagrange_cli.native.families.constraints.restraint import AtAState, Restraint
 from lagrange_cli.native.families.constraints.together import FreeAtAState, TogetherAlongMotion
-from lagrange_cli.native.families.coupled_masses import MassFactors
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.llvm.vector import Bit, Pointer

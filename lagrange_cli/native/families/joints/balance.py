@@ -217,7 +217,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
     pushed = [] if touched is None else [kind.at_rows(touched.pushed, b) for b in kind.bends]
     for k, (move, places, rest, strain) in enumerate(moved):
         node = simple(move)
-        if node.kind is not node.kind.NUMBER:
+        if node.symbols & kind.moving:
             rate = graph.ddt(graph.ddt(node))
             pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(kind.coordinates, pushed)]
             if pairs:
