@@ -97,3 +97,33 @@ def test_no_event_is_missed(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     for path, values in every.items():
         assert near[path].shape == values.shape, path
         assert np.max(np.abs(near[path] - values), initial=0.0) <= 2.0**-37, path
+
+
+ALIKE = """
+sizes: {N: 24}
+parameters: {g: 9.81, e: 0.5}
+coordinates: {"z[i in range(N)]": {initial: "HEIGHT"}}
+masses: {"ball[i in range(N)]": "1 + i"}
+positions: {"ball[i in range(N)]": [0, "z[i]"]}
+potential: sum((1 + i)*g*z[i] for i in range(N))
+events:
+  "hit[i in range(N)]": {when: "z[i]", direction: falling, action: {set: {"z_dot[i]": "-e*z_dot[i]"}}}
+"""
+
+
+@pytest.mark.parametrize("heights", ["0.55", "0.5 + 0.001*i", "0.3 + 0.1*(i//8)"])
+def test_forces_of_contact_that_last_are_known_at_single_states(
+    heights: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Balls that come to rest at (1 + e)/(1 - e) sqrt(2 z/g), eight or all of them at a time. The force under
+    each is constant: whatever a step takes, it does not become 0."""
+    monkeypatch.setattr(nearness, "FEWEST", 0)
+    text, stop = ALIKE.replace("HEIGHT", heights), 1.5
+    keep_families(monkeypatch, whole=True)
+    found = followed(ready(text), text, stop)
+    assert found["t"][-1] == stop
+    assert np.all(found["q/z"][-1] == 0.0) and np.all(found["v/z"][-1] == 0.0)
+    rests = 3.0 * np.sqrt(2.0 * found["q/z"][0] / 9.81)
+    times, members = found["events/hit/t"], found["events/hit/i"]
+    last = np.array([times[members == i].max() for i in range(24)])
+    assert np.allclose(last, rests, rtol=0.0, atol=1e-8)

@@ -9,6 +9,7 @@ nothing is due. For two bodies far from each other this takes a few operations i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -162,13 +163,15 @@ def write_radii(jet: SeriesPlaces, layout: StateLayout, h: Real, radii: Sequence
             f.store_row(total, target, i)
 
 
-def mark_near(f: Function, watch: Watch, near: Pointer, count: int) -> None:
+def mark_near(f: Function, watch: Watch, near: Pointer, count: int, h: Real) -> None:
     """Put 1 in the place of each of ``count`` arguments at ``near`` that needs a series, and 0 of others:
-    those that are on the side of their guard's mode for sure."""
+    those that are on the side of their guard's mode for sure. Whoever asks for all arguments, of a single
+    state, gives an infinite ``h``; those that are constant may never be 0, and are needed all the same."""
     rows, layout = watch.rows, watch.layout
+    step = f.splat(h, LANES) < math.inf
     with f.loop(0, rows.side_by_side, LANES, tested=False) as j:
         mode, mark = (f.load_row("%state", j + one(layout), LANES) for one in (rows.mode, rows.fresh))
-        away = (f.load_row(near, j, LANES) * mode > 0.0) & (mark <= 0.0)
+        away = (f.load_row(near, j, LANES) * mode > 0.0) & (mark <= 0.0) & step
         f.store_row(f.select(away, f.zero(LANES), f.vector([1.0] * LANES)), near, j)
     if rows.side_by_side < count:
         with f.loop(rows.side_by_side, count, tested=False) as j:
@@ -227,7 +230,7 @@ class NearJet(BesideJet):
             f.store_row(f.zero(LANES), self.near, i)
         for loop in self.enclosed:
             Enclosure(self.evaluation(0), loop, self.near, radii, h).write()
-        mark_near(f, self.watch, self.near, self.integrands.count)
+        mark_near(f, self.watch, self.near, self.integrands.count, h)
         return totals
 
     @property
