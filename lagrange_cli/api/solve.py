@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -14,18 +14,16 @@ from lagrange_cli.api.system import System, content_of
 from lagrange_cli.api.words import in_python, python_words
 from lagrange_cli.errors import Interrupted, LagrangeWarning, MotionError, UsageError
 from lagrange_cli.integrate.precision import DOUBLE, PRECISIONS
-from lagrange_cli.run.attributes import doubt
+from lagrange_cli.run.attributes import WARNING, notes
 from lagrange_cli.run.interrupts import Interrupts
-from lagrange_cli.run.memory import Followed, follow
+from lagrange_cli.run.memory import follow
 from lagrange_cli.run.monitor import Monitor, untimed
 from lagrange_cli.run.motion import prepare_all, read_motion
-from lagrange_cli.run.start_notes import notes as notes_of_start
 
 if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.request import Request
 
-WARNING = "warning: "
 MONITOR = Monitor(interrupts=partial(Interrupts, alone=True))
 """Ctrl-C ends a run between two steps; nothing else is shown or heeded."""
 
@@ -145,7 +143,7 @@ def solve(
     ready = prepare_all(found, request, demand, untimed, prepare, kept.check)
     units, told = kept.units(found.spec)
     followed = follow(ready, units, MONITOR, demand)
-    motion = Motion(followed, units, tuple(map(python_words, (*told, *said(followed)))))
+    motion = Motion(followed, units, tuple(map(python_words, (*told, *notes(found, followed.outcome)))))
     for note in motion.notes:
         if WARNING in note:
             warnings.warn(note, LagrangeWarning, stacklevel=2)
@@ -160,20 +158,6 @@ def check_precision(request: Request, demand: Demand | None) -> None:
     if demand is not None and (request.precision != DOUBLE or request.portable):
         other = "portable" if request.portable else f"precision {request.precision}"
         raise UsageError(f"certify and {other} cannot be combined: leave out one of the two")
-
-
-def said(followed: Followed) -> Iterator[str]:
-    """The messages of a run that has ended, besides its summary."""
-    motion, outcome = followed.motion, followed.outcome
-    name = motion.spec.name
-    yield from (f"{name}: {note}" for note in notes_of_start(motion.begin))
-    if outcome.happened:
-        from lagrange_cli.run.events import notes
-
-        yield from (f"{name}: {note}" for note in notes(motion.spec, outcome.happened))
-    warning = doubt(outcome, motion.settings)
-    if warning is not None:
-        yield f"{name}: {WARNING}{warning}"
 
 
 def ended_well(motion: Motion) -> Motion:

@@ -120,7 +120,11 @@ def _operand(tree: Tree, indices: Indices) -> int:
         if not tree.indices and tree.identifier in indices:
             return indices[tree.identifier]
         known = sorted(indices)
-        hint = near_hint(tree.identifier, known) or known_hint(known) or _MADE_OF
+        hint = near_hint(tree.identifier, known)
+        if not hint and known and len(tree.identifier) == 1:
+            ranges = f"{tree.identifier} in range(N)"
+            hint = f"{known_hint(known)}; sum(... for {ranges}), or a key such as u[{ranges}], makes it one"
+        hint = hint or known_hint(known) or _MADE_OF
         if tree.indices:
             hint = "lists of whole numbers are parameters; write where(condition, a, b) for other conditions"
         raise ExpressionError(tree.span, f"'{tree.identifier}' is neither an index nor a size here", hint)

@@ -288,6 +288,8 @@ def _function_hint(function: str, argument: str = "", *, several: bool = False) 
     meant = FUNCTIONS.get(function) or FUNCTIONS.get(function.lower())
     if meant:
         return f"write {meant}"
+    if function.endswith("_"):  # as in x_{i}
+        return f"write {function[:-1]}[{argument or '...'}] for a member of a family"
     otherwise = f"write {function}*{argument or '(...)'} for a product"
     if argument.isidentifier() or argument.isdigit():
         otherwise += f", or {function}[{argument}] for a member of a family"

@@ -195,7 +195,7 @@ class Planner:
             event, action = ("event", "its action") if len(pressed) == 1 else ("events", "their actions")
             moving = " and the constraint forces with it" if multipliers else ""
             return (
-                f"the motion may come to rest at {event} {names}, as {action} reduces the speed; the "
+                f"the motion may come to rest at {event} {names}, as {action} may reduce the speed; the "
                 f"force of that contact{moving} is not determined by q and v"
             )
         return ""

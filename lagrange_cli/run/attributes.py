@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
+from lagrange_cli.run.start import NOTHING
 from lagrange_cli.spec.spec import SURFACE, has_units
 from lagrange_cli.version import __version__
 
@@ -16,10 +17,12 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.run.motion import Motion
     from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
 
+WARNING = "warning: "
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h that rounding does not explain, relative to its size, and in units of the tolerance, or of
 what rounding of a state changes."""
@@ -118,6 +121,22 @@ def trusted(outcome: Outcome) -> dict[str, str | int | float]:
 def final_state(outcome: Outcome) -> dict[str, Any] | None:
     """The last sample, in terms of JSON."""
     return None if outcome.final is None else outcome.final.as_data()
+
+
+def notes(motion: Motion, outcome: Outcome) -> Iterator[str]:
+    """The messages about a motion besides its summary: about its start, its events, and its result."""
+    name = motion.spec.name
+    if motion.begin != NOTHING:
+        from lagrange_cli.run.start_notes import notes as notes_of_start
+
+        yield from (f"{name}: {note}" for note in notes_of_start(motion.begin))
+    if outcome.happened:
+        from lagrange_cli.run.events import notes as notes_of_events
+
+        yield from (f"{name}: {note}" for note in notes_of_events(motion.spec, outcome.happened))
+    warning = doubt(outcome, motion.settings)
+    if warning is not None:
+        yield f"{name}: {WARNING}{warning}"
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:

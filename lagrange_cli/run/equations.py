@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -55,16 +55,27 @@ class Derived:
             yield
 
 
+@dataclass(frozen=True)
+class Begun:
+    """Equations of motion whose derivation has begun: the system without constraints that depend on others,
+    its model, and the energies and momenta that are ``noted`` by name so far."""
+
+    spec: Spec
+    model: Model[Any]
+    noted: dict[str, Any]
+
+
 def derive(
     spec: Spec,
     stage: Stage = untimed,
     overrides: Mapping[str, str] = EMPTY,
     most: float = math.inf,
     coordinates: str = "",
+    begins: Callable[[Begun], None] | None = None,
 ) -> Derived:
     """Derive the equations of motion for printing; ``overrides`` are values by name, as ``--set`` has them.
     It takes ``most`` steps of work (``limits.Work``). They are in the ``coordinates`` of a transformation of
-    the file if one is named.
+    the file if one is named. What ``begins`` is told may be of use where they are too long.
 
     Raises ``SpecError`` where there are none, or they are too large; ``UsageError`` where there is no such
     transformation.
@@ -86,7 +97,10 @@ def derive(
     spec = spec if spec.replaced else independent(spec, overrides)
     with stage("derive"), located(spec), counting(work):
         _refuse(spec)
-        equations = derive_equations(build_model(spec, SympyAlgebra()))
+        model, noted = build_model(spec, SympyAlgebra()), dict[str, Any]()
+        if begins is not None:
+            begins(Begun(spec, model, noted))
+        equations = derive_equations(model, noted)
         further = further_conserved(graph_model(spec, ExactGraphAlgebra()), equations)
         conserved = (*equations.conserved, *further)
         quantities = {each.quantity for each in further}

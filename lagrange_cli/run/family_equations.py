@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -17,6 +17,7 @@ from lagrange_cli.run.monitor import Stage, untimed
 if TYPE_CHECKING:
     from lagrange_cli.families.description import FamilySystem
     from lagrange_cli.limits import Work
+    from lagrange_cli.run.equations import Begun
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.symbolic.families.equations import FamilyEquations
 
@@ -62,6 +63,7 @@ def derive_printed(
     *,
     coordinates: str = "",
     indexed: bool | None = None,
+    begins: Callable[[Begun], None] | None = None,
 ) -> Printed:
     """The equations of motion, with indices where families are large, or too large to be written out, or as
     ``indexed`` says.
@@ -79,7 +81,7 @@ def derive_printed(
     if found is None:
         try:
             with by_members(spec, form, coordinates):
-                return derive(spec, stage, overrides, coordinates=coordinates)
+                return derive(spec, stage, overrides, coordinates=coordinates, begins=begins)
         except TooLargeSystem:
             found = _of_form(derive_families(spec, stage, small=True), form) if indexed else None
             if found is None:

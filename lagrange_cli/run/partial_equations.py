@@ -2,42 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.run.derive import graph_model, located
-from lagrange_cli.run.equations import independent
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.conservation import Conserved
-    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.run.equations import Begun
 
 FORMATS = ("text", "unicode")
 """What people read: an incomplete module or JSON would be of no use."""
 
 
-def written_in_part(spec: Spec, format_: str, overrides: Mapping[str, str]) -> str:
+def written_in_part(begun: Begun, format_: str) -> str:
     """The energies, constraints and momenta that are short enough, and what is conserved, in one of the
-    ``FORMATS``.
+    ``FORMATS``; what is ``begun`` of the equations is not derived again.
 
     Raises ``SpecError`` where that takes too much work, too.
     """
     from lagrange_cli.expression.exact import ExactGraphAlgebra
-    from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.mechanics.conservation import conservation
     from lagrange_cli.mechanics.conserved.symmetries import symmetries
-    from lagrange_cli.model.build import build_model
     from lagrange_cli.symbolic.parts import parts_as_written
     from lagrange_cli.symbolic.work import counting
 
-    freedom = spec.degrees_of_freedom
-    spec = spec if spec.replaced else independent(spec, overrides)
+    spec = begun.spec
     with located(spec), counting():
         model = graph_model(spec, ExactGraphAlgebra())
         known = conservation(model)[1]
         every = (*known, *(one.conserved for one in symmetries(model, known)))
         kept = [(kept_quantity(one), one.because) for one in every]
-        return parts_as_written(build_model(spec, SympyAlgebra()), freedom, kept, format_)
+        return parts_as_written(begun.model, begun.noted, spec.degrees_of_freedom, kept, format_)
 
 
 def kept_quantity(one: Conserved) -> str:

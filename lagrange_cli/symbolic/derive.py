@@ -36,8 +36,13 @@ DIFFERENCE = re.compile(r"\(\s*\w+\s*-\s*\w+\s*\)")
 """What a difference of two parameters looks like."""
 
 
-def derive_equations(model: Model[sympy.Expr]) -> Equations:
-    """The equations of motion of a model, its momenta, energy function and conservation laws."""
+def derive_equations(model: Model[sympy.Expr], noted: dict[str, sympy.Expr] | None = None) -> Equations:
+    """The equations of motion of a model, its momenta, energy function and conservation laws.
+
+    Energies and momenta are ``noted`` by name as they are found: these remain where the equations are too
+    long.
+    """
+    noted = {} if noted is None else noted
     q, v = model.q, model.v
     a = tuple(model.algebra.symbol(acceleration_name(name)) for name in model.coordinates)
     others = [*model.parameters.values(), model.time, *q, *v, *a]
@@ -47,14 +52,18 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
 
     kinetic = potential = None
     if model.lagrangian is None:
-        kinetic = tidy(kinetic_energy(model), order)
-        potential = neat(model.potential, order, Role.COORDINATE)
+        kinetic = noted["T"] = tidy(kinetic_energy(model), order)
+        potential = noted["U"] = neat(model.potential, order, Role.COORDINATE)
         lagrangian = neat(kinetic - potential, order, Role.COORDINATE)
     else:
         lagrangian = neat(model.lagrangian, order, Role.VELOCITY)
+    noted["L"] = lagrangian
 
     # the rate of a momentum is the longest expression of all: what is too long shows soon
-    pairs = [with_rate(tidy(one, order), model) for one in gradient(lagrangian, v)]
+    pairs = []
+    for name, one in zip(model.coordinates, gradient(lagrangian, v), strict=True):
+        momentum = noted[f"p_{name}"] = tidy(one, order)
+        pairs.append(with_rate(momentum, model))
     momenta, rates = (tuple(listed) for listed in zip(*pairs, strict=True))
     slopes = tuple(tidy(one, order) for one in gradient(lagrangian, q))
     forces = tuple(tidy(force, order) for force in generalized_forces(model))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 import sympy
@@ -29,46 +29,60 @@ NOTATIONS: dict[str, Callable[[], Notation]] = {"text": Text, "unicode": Unicode
 
 
 def parts_as_written(
-    model: Model[sympy.Expr], freedom: int, kept: Iterable[tuple[str, str]], format_: str
+    model: Model[sympy.Expr],
+    noted: Mapping[str, sympy.Expr],
+    freedom: int,
+    kept: Iterable[tuple[str, str]],
+    format_: str,
 ) -> str:
     """Energies, constraints and momenta of a model as far as they are short, in one of the ``NOTATIONS``.
 
-    ``freedom`` is its number of degrees of freedom, ``kept`` has what is conserved, as `h = T + U`, and why.
+    Those that are ``noted`` by name are known. ``freedom`` is its number of degrees of freedom, ``kept`` has
+    what is conserved, as `h = T + U`, and why.
     """
     symbols = multiplier_symbols([each.name for each in model.constraints], "lambda", [*model.q, *model.v])
     writer = Writer(NOTATIONS[format_](), textbook_order(model, (), symbols))
     said = tuple(Statement("", "", writer.prose(f"`{what}`: {because}")) for what, because in kept)
     nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
     content = [
-        *sections(with_symbols(model, symbols), writer),
+        *sections(with_symbols(model, symbols), noted, writer),
         Section("Equations of motion", (Statement("", "", WITHOUT),), True),
         Section("Conserved", said or (nothing,), True),
     ]
     return lines_of(model.name, freedom, content)
 
 
-def sections(model: Model[sympy.Expr], writer: Writer) -> list[Section]:
+def sections(model: Model[sympy.Expr], noted: Mapping[str, sympy.Expr], writer: Writer) -> list[Section]:
     """What stands above the equations of motion."""
     order = writer.order
     if model.lagrangian is None:
         kinetic = kinetic_energy(model)
         lagrangian = kinetic - model.potential
-        energies = {
-            "T": short(lambda: tidy(kinetic, order)),
-            "U": short(lambda: neat(model.potential, order, Role.COORDINATE)),
-            "L": short(lambda: neat(lagrangian, order, Role.COORDINATE)),
+        parts: dict[str, Callable[[], sympy.Expr]] = {
+            "T": partial(tidy, kinetic, order),
+            "U": partial(neat, model.potential, order, Role.COORDINATE),
+            "L": partial(neat, lagrangian, order, Role.COORDINATE),
         }
     else:
         lagrangian = model.lagrangian
-        energies = {"L": short(lambda: neat(lagrangian, order, Role.VELOCITY))}
+        parts = {"L": partial(neat, lagrangian, order, Role.VELOCITY)}
 
     def momentum(velocity: sympy.Expr) -> sympy.Expr:
         return tidy(slope(lagrangian, velocity), order)
 
-    momenta = {
-        f"p_{name}": short(partial(momentum, velocity))
-        for name, velocity in zip(model.coordinates, model.v, strict=True)
-    }
+    def found(parts: Mapping[str, Callable[[], sympy.Expr]]) -> dict[str, sympy.Expr | None]:
+        return {
+            name: short(partial(noted.__getitem__, name) if name in noted else one)
+            for name, one in parts.items()
+        }
+
+    energies = found(parts)
+    momenta = found(
+        {
+            f"p_{name}": partial(momentum, velocity)
+            for name, velocity in zip(model.coordinates, model.v, strict=True)
+        }
+    )
     constraints = tuple(
         bound(each, short(partial(neat, each.expression, order, Role.VELOCITY)), writer)
         for each in model.constraints

@@ -103,6 +103,29 @@ def test_mistakes(tmp_path, capsys, arguments, status, message):
     assert (tmp_path / "kept.png").read_text() == "mine"
 
 
+SLIDER = """coordinates: {x: {initial: 1}, y: {}}
+masses: {bead: 1, load: 1}
+embedding: {bead: [x, 0], load: [0, y]}
+constraints: {one: x - y, two: 2*x - 2*y}
+observables: {w: 1/(t - 1)}
+solve: {stop: 2, samples: 3}
+"""
+
+
+@pytest.mark.parametrize("command", [("plot", "-o", "a.png"), ("animate", "-o", "a.gif", "--speed", "10")])
+def test_what_solve_says_of_a_motion_is_said_beside_its_picture(tmp_path, capsys, command):
+    """What was found and left out at the start, and values that are not finite."""
+    (tmp_path / "s.yaml").write_text(SLIDER)
+    name, *options = command
+    with working_in(tmp_path):
+        assert main(["solve", "s.yaml"]) == 0
+        told = capsys.readouterr().err.splitlines()
+        assert main([name, "s.yaml", *options]) == 0
+        assert capsys.readouterr().err.splitlines() == told and len(told) == 3
+        assert main([name, "s.yaml", "--force", "--quiet", *options]) == 0
+        assert capsys.readouterr().err == ""
+
+
 @pytest.mark.parametrize(
     ("system", "options", "message"),
     [

@@ -52,7 +52,7 @@ def test_multipliers_while_a_bead_rests_on_the_floor():
 def test_forces_that_depend_on_a_contact_are_refused_with_its_event(text, output):
     """The wall pulls at the rod where this is not vertical; the floor carries the bead."""
     event = "wall" if output == "multipliers" else "floor"
-    said = f"no output '{output}': the motion may come to rest at event '{event}', as its action reduces"
+    said = f"no output '{output}': the motion may come to rest at event '{event}', as its action may reduce"
     with pytest.raises(NotDefined, match=said):
         follow(text, 1.0, 3, outputs=("q", output))
 

@@ -362,6 +362,20 @@ BAD = [
     ("u[i + 1]", "u[i/2]", [(11, "i/2", "'/' is not allowed between whole numbers", "write //")]),
     ("u[i + 1]", "u[0.5]", [(11, "0.5", "0.5 is not a whole number", "")]),
     ("u[i + 1]", "u[k]", [(11, "k", "'k' is neither an index nor a size", "known: N, i")]),
+    (
+        "u[i + 1]",
+        "u[k]",
+        [(11, "k", "", "; sum(... for k in range(N)), or a key such as u[k in range(N)], makes it")],
+    ),
+    (
+        "u[i + 1]",
+        "u_{i + 1}",
+        [
+            (11, "u_", "unknown function 'u_'", "write u[...] for a member of a family"),
+            (11, "{", "", ""),
+            (11, "}", "", ""),
+        ],
+    ),
     ("u[i + 1]", "u", [(11, "u", "missing index on the family 'u'", "write u[i] for one")]),
     (
         "u[i + 1]",

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 from lagrange_cli.cli.main import main
+from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.model.build import build_model
+from lagrange_cli.symbolic import derive, parts
 
 SLEDGE = """
 name: sledge
@@ -43,3 +46,27 @@ def test_what_cannot_go_without_equations_is_refused(asked, tmp_path, monkeypatc
     monkeypatch.setenv("LAGRANGE_LIMITS", "printed=120")
     assert main(["equations", str(tmp_path / "sledge.yaml"), *asked]) == 3
     assert "an expression of the equations has" in "".join(capsys.readouterr())
+
+
+def test_what_was_derived_of_equations_that_are_too_long_is_not_derived_again(tmp_path, monkeypatch, capsys):
+    """The model is built once with sympy, and no momentum that was found before is put in order again."""
+    (tmp_path / "sledge.yaml").write_text(SLEDGE, encoding="utf-8")
+    monkeypatch.setenv("LAGRANGE_LIMITS", "printed=180")
+    built, tidied = [], []
+    build, tidy = build_model, derive.tidy
+
+    def counting_build(spec, algebra):
+        built.append(algebra)
+        return build(spec, algebra)
+
+    def counting_tidy(expression, order):
+        tidied.append(expression)
+        return tidy(expression, order)
+
+    monkeypatch.setattr("lagrange_cli.model.build.build_model", counting_build)
+    for module in (derive, parts):
+        monkeypatch.setattr(module, "tidy", counting_tidy)
+    assert main(["equations", str(tmp_path / "sledge.yaml")]) == 0
+    assert capsys.readouterr().out.count("too long") == 1
+    assert sum(isinstance(one, SympyAlgebra) for one in built) == 1
+    assert len({*map(str, tidied)}) == len(tidied)

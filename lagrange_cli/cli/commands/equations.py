@@ -15,6 +15,7 @@ from lagrange_cli.run.equations import FORMATS, FORMS
 
 if TYPE_CHECKING:
     from lagrange_cli.run.coordinates import Covariance
+    from lagrange_cli.run.equations import Begun
     from lagrange_cli.symbolic.verify import Verification
 
 DIFFERS = 4
@@ -90,17 +91,20 @@ def show_system(
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
+    begun: list[Begun] = []
     try:
-        derived = derive_printed(spec, form, waiting.stage, given.overrides, coordinates=coordinates)
+        derived = derive_printed(
+            spec, form, waiting.stage, given.overrides, coordinates=coordinates, begins=begun.append
+        )
     except TooLargeSystem as error:
         from lagrange_cli.run.partial_equations import FORMATS as IN_PART
         from lagrange_cli.run.partial_equations import written_in_part
 
         readable = form == FORMS[0] and format_ in IN_PART and not (coordinates or verifying)
-        if not (readable and isinstance(error.__cause__, TooLong)):
+        if not (readable and begun and isinstance(error.__cause__, TooLong)):
             raise
         with waiting.stage("print"):
-            text = written_in_part(spec, format_, given.overrides)
+            text = written_in_part(begun[-1], format_)
         emit(text)
         return 0
     verification = None

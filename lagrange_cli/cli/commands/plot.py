@@ -216,6 +216,7 @@ def opened(
         with Result(source) as result:
             yield result
         return
+    from lagrange_cli.run.attributes import notes
     from lagrange_cli.run.interrupts import Interrupts
     from lagrange_cli.run.monitor import Monitor, ignore
     from lagrange_cli.run.plot import solved
@@ -230,6 +231,8 @@ def opened(
     with solved(motion, request, demand, monitor) as (result, outcome):
         if outcome.ending.status == "failed":
             tell(f"{name}: {outcome.message}; the motion up to then is {how}")
+        for note in notes(motion, outcome):
+            tell(note)
         yield result
 
 

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
-from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state
+from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state, notes
 from lagrange_cli.run.request import HDF5
-from lagrange_cli.run.start import NOTHING
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
@@ -54,19 +53,9 @@ def say_solved(
         resumable = outcome.progress is not None and asked.request.format == HDF5
         way_on = f"; {resuming(start)} continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
-    if solved.motion.begin != NOTHING and not asked.quiet:
-        from lagrange_cli.run.start_notes import notes as notes_of_start
-
-        for note in notes_of_start(solved.motion.begin):
-            complain(f"{name}: {note}")
-    if outcome.happened and not asked.quiet:
-        from lagrange_cli.run.events import notes
-
-        for note in notes(solved.motion.spec, outcome.happened):
-            complain(f"{name}: {note}")
-    warning = doubt(outcome, solved.motion.settings)
-    if warning is not None and not asked.quiet:
-        complain(f"{name}: warning: {warning}")
+    if not asked.quiet:
+        for note in notes(solved.motion, outcome):
+            complain(note)
     return EXIT_STATUS[status]
 
 

@@ -10,15 +10,16 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.model.start.equations import Matter, Row
+from lagrange_cli.model.start.equations import Masses, Matter, Row
 from lagrange_cli.model.start.linear import Array, steepness
 from lagrange_cli.model.start.shortest import Shortest
 from lagrange_cli.portions import Portion, portion
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 Pair: TypeAlias = tuple[Array, Array, Array, Array, float]
 """A step s, the change y of the slope along it, M s, M y, and s^T M y."""
@@ -74,6 +75,8 @@ ROUND = 2.0**-52
 """The rounding error of values, relative to their scale, in doubles."""
 LONG_ROUND = 2.0**-106
 """The same of two doubles."""
+SHORTEST = 2.0**-20
+"""Steps of Newton's method are halved down to this part of themselves."""
 CONTRACTING = 0.5
 """Steps that become shorter by this factor converge."""
 SOLVED = 2.0**-46
@@ -120,7 +123,7 @@ class Surface:
             values, rows = self.at(found)
             if not number:
                 sizes = [x or 1.0 for x in steepness([rows[i] for i in self.kept], self.scale)]
-            off = max(abs(float(values[i])) / x for i, x in zip(self.kept, sizes))
+            off = self.off(values, sizes)
             least, waited = min(off, least), 0 if off < least else waited + 1
             if waited > self.patience:
                 return None
@@ -135,6 +138,50 @@ class Surface:
                 return found
             last = size
         return found if last <= NEAR else None
+
+    def onto(self, x: Sequence[Any]) -> list[Any] | None:
+        """A point of it, by Newton's method from ``x``; None where there is none. Its steps are damped where
+        it fails otherwise, unless the nearest point is not asked for."""
+        found = None
+        with suppress(ArithmeticError):
+            found = self.reach(x)
+        if found is None and self.descents:
+            nearer = self.damped(x)
+            found = None if nearer is None else self.reach(nearer)
+        return found
+
+    def damped(self, x: Sequence[Any]) -> list[Any] | None:
+        """A place from which Newton's method converges, by steps that are halved until they make the values
+        smaller, as they should (P. Deuflhard, Newton Methods for Nonlinear Problems, 2011, sec. 3.1); None
+        where such steps become too small. All coordinates count alike: turns of links that are opposite to
+        each other move little mass, so that in the metric of the masses they are far too large."""
+        found = list(x)
+        plain = replace(self, masses=Masses({k: {k: 1.0} for k in self.unknown}))
+        values, rows = self.at(found)
+        sizes = [x or 1.0 for x in steepness([rows[i] for i in self.kept], self.scale)]
+        off, factor = self.off(values, sizes), 0.0
+        for _ in range(ROUNDS):
+            if off <= NEAR:
+                break
+            step, _mu = plain._shortest(rows).solve({}, [-float(values[i]) for i in self.kept])
+            size = self.size(step)
+            if not math.isfinite(size):
+                return None
+            factor, rest = min(1.0, self.far / size) if size else 1.0, math.inf
+            while not rest <= (1 - factor / 4) * off:
+                if factor < SHORTEST:
+                    return None
+                place = self.moved(found, step, factor)
+                with suppress(ArithmeticError):
+                    values, rows = self.at(place)
+                    rest = self.off(values, sizes)
+                factor /= 2
+            found, off = place, rest
+        return found
+
+    def off(self, values: Sequence[Any], sizes: Sequence[float]) -> float:
+        """The largest of the values that are kept, as parts of their sizes."""
+        return max((abs(float(values[i])) / x for i, x in zip(self.kept, sizes)), default=0.0)
 
     def shorten(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
         """The point nearest to ``start``, from another one.
@@ -242,10 +289,10 @@ class Surface:
     def nearest(self, start: Sequence[Any], begin: Sequence[Any] | None = None) -> list[Any] | None:
         """The nearest point, found from where the search is to ``begin``; ``start`` itself where it is one to
         rounding, and None where there is none."""
-        found = self.reach(start if begin is None else begin)
+        found = self.onto(start if begin is None else begin)
         if found is None:
             return None
         shortest = self.shorten(start, found)
-        found = self.reach(shortest) or shortest  # the rounding errors of the long way
+        found = self.onto(shortest) or shortest  # the rounding errors of the long way
         way = {k: found[k] - start[k] for k in self.unknown}
         return list(start) if self.size(way) <= 4 * self.unit else found
