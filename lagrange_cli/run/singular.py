@@ -12,12 +12,12 @@ from lagrange_cli.errors import LagrangeError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
-from lagrange_cli.mechanics.conditioning import Conditioning, conditioning, told
 from lagrange_cli.records import replace
 from lagrange_cli.run.start_notes import in_short
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.method import End
+    from lagrange_cli.mechanics.conditioning import Conditioning
     from lagrange_cli.spec.source import Place
     from lagrange_cli.spec.spec import Spec
 
@@ -97,6 +97,8 @@ def singular_masses(
         return Cause(text, end.t, singular)
     if spec.all_constraints or end.ending is not singular:
         return None
+    from lagrange_cli.mechanics.conditioning import told
+
     numbers = "double-double numbers, too" if long else "doubles"
     text = f"the mass matrix {verb} too ill-conditioned for {numbers}: its condition is "
     text += f"{told(found.condition)},"
@@ -135,6 +137,7 @@ def conditioning_at(
 ) -> Conditioning | None:
     """That of the masses, with the constraints below. Systems of many coordinates are not looked at, unless
     those are ``large`` ones of families with a constant mass matrix."""
+    from lagrange_cli.mechanics.conditioning import conditioning
     from lagrange_cli.model.start.equations import Equations
 
     count = len(spec.coordinates)
@@ -156,6 +159,7 @@ def conditioning_of_families(spec: Spec, parameters: Mapping[str, float]) -> Con
     """The same of a large system without constraints."""
     from lagrange_cli.families.system import any_family_system
     from lagrange_cli.families.values import FamilyValues
+    from lagrange_cli.mechanics.conditioning import conditioning
 
     system = any_family_system(spec)
     if system is None or system.coupled_masses is None or system.bonds is not None:
