@@ -56,7 +56,10 @@ def drawn(chance: random.Random) -> str:
     forces = FORCES[chance.choice(sorted(FORCES))]
     text = text_of(kinetic, chance.choice(SIZES), forces, bound, rolling)
     text = text.replace("{k: 1.5}", "{k: 1.5, s: 1}")
-    return f"{text}\nevents:\n  {ACTIONS[chance.choice(sorted(ACTIONS))]}\n"
+    action = ACTIONS[chance.choice(sorted(ACTIONS))]
+    if bound:  # two walls may throw what they hit back and forth through the constraint, ever faster
+        action = action.replace("hit[i in range(N)]", "hit[i in range(1)]")
+    return f"{text}\nevents:\n  {action}\n"
 
 
 @pytest.mark.exhaustive(keep=3)
