@@ -77,7 +77,7 @@ def text(count: int, angles: str, masses: str, base: str, forces: str, seed: flo
     )  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("masses", MASSES)
 @pytest.mark.parametrize("angles", ANGLES)
@@ -99,7 +99,7 @@ def test_arms_move_as_with_members_written_out(
     alike(found.data, expected.data, 2.0**-36, given)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("strength", [0.01, 0.5, 5.0])
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("angles", [*ANGLES])
@@ -150,7 +150,7 @@ def in_absolute_angles(relative: str) -> str:
     return absolute.replace("cos(phi[i])", "cos(th[i] - th[i - 1])")
 
 
-@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_long_arms_take_as_many_steps_as_in_absolute_angles(method: str) -> None:
     """100 links. With members written out the accelerations, differences of large ones, had few digits, and
     20 links took 30 times as many steps."""
