@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from lagrange_cli.families.arrays import Array, Chain, Source, Term, Total, total_of
-from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer
-from lagrange_cli.native.motions import RATES
-from lagrange_cli.records import replace
 
 
 class BesideJet(SeriesJet):
@@ -19,8 +17,6 @@ class BesideJet(SeriesJet):
     ``motion`` in its arrays, and after its series, which do not depend on them."""
 
     tiled = False
-    lost: Total | None = None
-    """What the low parts of coordinates and velocities add to integrands."""
 
     def __init__(self, integrands: Total, motion: SeriesJet, name: str) -> None:
         self.integrands, self.motion, self.local = integrands, motion, motion.local
@@ -35,31 +31,7 @@ class BesideJet(SeriesJet):
         known = *self.lasting.fixed, *self.motion.carried
         totals = needed([self.integrands], self.slots, known)
         self.arrange(totals)
-        if self.system.contact is not None and self.vectors.parts == 1 and self.order > RATES:
-            self.lost = self._lost()
-            self.loops = [
-                one if isinstance(one, Chain) else (replace(one[0], exact=True), one[1]) for one in self.loops
-            ]
         return totals
-
-    def _lost(self) -> Total | None:
-        """The low parts times the slopes of integrands. Flights between impacts become so short that these
-        count: until the next impact an argument may be smaller than rounding errors of coordinates."""
-        slots, low, terms = self.slots, dict[Array, Array](), list[Term]()
-        for shift, one in enumerate((self.system.q, self.system.v)):
-            low[one] = Array(Source.TOTAL, self.degrees)
-            self.places[low[one]] = self.f.place("%state", self.width + shift * self.degrees, "double")
-        for term in self.integrands.terms:
-            for symbol, slot in slots.inside(term.node):
-                if slot.array in low:
-                    slope = slots.graph.diff(term.node, symbol)
-                    part = slope * slots.symbol(term.domain, low[slot.array], slot.table)
-                    terms.append(Term(term.domain, part, term.targets))
-        if not terms:
-            return None
-        lost = total_of(self.integrands.count, terms, slots.graph)
-        self.planes[lost] = self.take(room(lost.count)), 0
-        return lost
 
     def write(self) -> Jet:
         f, count = self.f, self.integrands.count
@@ -76,16 +48,11 @@ class BesideJet(SeriesJet):
         self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         vectors, divisor = self.vectors, self.vectors.divisor(k, 1)
-        values, lost = evaluation.where(self.integrands), self.lost if k == 0 else None
-        if lost is not None:
-            evaluation.write([lost])
+        values = evaluation.where(self.integrands)
         rows = vectors.place(self.at(self.system.v, k + 1), self.degrees)
 
         def write(i: Integer, lanes: int) -> None:
-            value = vectors.load_row(values, i, lanes)
-            if lost is not None:
-                value = value + vectors.load_row(evaluation.where(lost), i, lanes)
-            vectors.store_row(vectors.divided(value, divisor), rows, i)
+            vectors.store_row(vectors.divided(vectors.load_row(values, i, lanes), divisor), rows, i)
 
         in_vectors(self.f, (self.f.count(0), self.f.count(self.integrands.count)), self.chosen(write))
 

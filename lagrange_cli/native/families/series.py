@@ -43,8 +43,6 @@ class LoopSeries:
     kept: tuple[int, int] | None = None
     """The blocks whose coefficients are kept, if not all are: the first ones, and how many others are in use
     at a time."""
-    exact: bool = False
-    """Whether sums of order 0 are rounded once."""
 
     @cached_property
     def program(self) -> SeriesProgram:

@@ -81,15 +81,6 @@ class MemberExpansion(Expansion[Any]):
     def constant(self, node: Node) -> Operands:
         return self.stage.constant(node)
 
-    def start(self, index: int) -> Operands:
-        one = self.program.series[index]
-        if one.op is not Op.LINEAR or not self.stage.series.exact:
-            return super().start(index)
-        assert isinstance(one.data, tuple)
-        constant, scales = one.data
-        given = [] if constant.is_zero else [(None, self.constant(constant))]
-        return self.exactly([*given, *zip(scales, (self.table[i].get(0) for i in one.arguments))])
-
 
 class MemberStage(Stage[Any]):
     """Stage ``k``, a number or that of a loop, of eight members, whose coefficients are at ``block``."""
