@@ -16,22 +16,17 @@ from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_closed_chains import exactly_followed
+from tests.families.test_coupled_masses import KINETIC as COUPLED
+from tests.families.test_coupled_masses import OWN
 from tests.support.families import alike, followed
 
 SIZES = 3, 4, 8, 9, 17
 OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "constraints", "multipliers", "conserved"])
 PLACES = {"u": "0.2*({} + 1) + sin({})/9", "w": "cos(2*({}))/2"}
 """The coordinates at the start."""
-OWN = "sum((1 + i/7)*u_dot[i]**2/2 + k*w_dot[i]**2 for i in range(N))"
 KINETIC = {
-    "neighbours": f"{OWN} + sum(u_dot[i]*u_dot[i + 1]/4 for i in range(N - 1))",
-    "elements": (
-        "sum(k*(u_dot[i]**2 + u_dot[i]*u_dot[i + 1] + u_dot[i + 1]**2)/6 for i in range(N - 1))"
-        " + sum((w_dot[i] + w_dot[(i + 1) % N]/3)**2/2 for i in range(N))"
-    ),
-    "two families": f"{OWN} + sum(u_dot[i]*w_dot[i]/(3 + i) for i in range(N))",
+    **{name: COUPLED[name] for name in ("neighbours", "elements", "two families", "some")},
     "all": f"{OWN} + sum(u_dot[i]*u_dot[j]/(4*N) for i in range(N) for j in range(N))",
-    "some": f"{OWN} + sum(u_dot[i]*w_dot[(3*i) % N]/5 for i in range(N) if i % 2)",
 }
 PARTICLES = """
 masses: {'bead[i in range(N)]': '1 + i/7', 'other[i in range(N)]': 2.0}

@@ -77,6 +77,17 @@ def text(count: int, angles: str, masses: str, base: str, forces: str, seed: flo
     )  # fmt: skip
 
 
+def is_as_written_out(given: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An arm is a family with sums of coordinates, and moves as with its members written out."""
+    fewest(monkeypatch, 0)
+    system = systems.family_system(read_spec(given, "arm.yaml"))
+    assert system is not None and system.joints is not None and system.joints.relative is not None
+    _, found = followed(given, WRITTEN, stop=0.3, method=method)
+    fewest(monkeypatch, 10**9)
+    _, expected = followed(given, WRITTEN, stop=0.3, method=method)
+    alike(found.data, expected.data, 2.0**-36, given)
+
+
 @pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("masses", MASSES)
@@ -88,15 +99,7 @@ def test_arms_move_as_with_members_written_out(
     seed, method = round(chance.uniform(0.3, 1.0), 2), chance.choice(["taylor", "ias15"])
     bases = [*BASES] if masses == "bodies" else ["fixed", "driven"]  # else M may be singular
     given = text(count, angles, masses, chance.choice(bases), chance.choice([*FORCES]), seed)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
-    fewest(monkeypatch, 0)
-    system = systems.family_system(read_spec(given, "arm.yaml"))
-    assert system is not None and system.joints is not None and system.joints.relative is not None
-    _, found = followed(given, WRITTEN, stop=0.3, method=method)
-    fewest(monkeypatch, 10**9)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
-    _, expected = followed(given, WRITTEN, stop=0.3, method=method)
-    alike(found.data, expected.data, 2.0**-36, given)
+    is_as_written_out(given, method, monkeypatch)
 
 
 @pytest.mark.exhaustive(keep=2)
@@ -244,12 +247,4 @@ embedding: {"b[i in range(N + 1)]": ["x[i] - l/2*cos(th[i])", "y[i] - l/2*sin(th
 potential: sum(g*b[i].y for i in range(N + 1)) + sum(0.1*th[i]**2 for i in range(N + 1))
 dissipation: sum(0.1*phi_dot[i]**2 for i in range(N))
 """
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
-    fewest(monkeypatch, 0)
-    system = systems.family_system(read_spec(given, "arm.yaml"))
-    assert system is not None and system.joints is not None and system.joints.relative is not None
-    _, found = followed(given, WRITTEN, stop=0.3, method=method)
-    fewest(monkeypatch, 10**9)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
-    _, expected = followed(given, WRITTEN, stop=0.3, method=method)
-    alike(found.data, expected.data, 2.0**-40)
+    is_as_written_out(given, method, monkeypatch)
