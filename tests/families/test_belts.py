@@ -137,6 +137,7 @@ def test_random_bodies_on_belts(data: st.DataObject) -> None:
         move_alike(text, monkeypatch, slack=400)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_blocks_stick_to_a_belt_until_it_is_too_fast(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A belt with the velocity t^2/2 takes 400 blocks along while their m t is less than friction. They slide

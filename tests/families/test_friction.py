@@ -178,6 +178,7 @@ def test_swings_about_a_place_with_friction(monkeypatch: pytest.MonkeyPatch) -> 
         assert np.allclose(motion["q/x"][:, i], expected, rtol=0.0, atol=1e-13)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("push", [-1.3, -0.7, 0.7, 1.3, 4.7, 5.3])
 def test_what_a_wall_and_friction_hold_together(push: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wall that pushes by 4 beyond x = 1 holds a block there up to 4 + F in one direction, and F in the

@@ -74,6 +74,7 @@ def test_what_is_named_is_refused(outputs: tuple[str, ...]) -> None:
         prepare_run(*asked(*outputs), cached=False)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_it_is_told(tmp_path: Path) -> None:
     """In the notes of a motion, as a warning, in the attributes of its file, and by check."""
     (tmp_path / "tops.yaml").write_text(SYSTEM, encoding="utf-8")

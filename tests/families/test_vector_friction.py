@@ -144,12 +144,13 @@ def test_ledgers_have_the_forces_that_hold_vectors(case: str, monkeypatch: pytes
     ledgers_close(written(case, 8), monkeypatch, "taylor")
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["pucks", "pushed from rest"])
 def test_vectors_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare_long(written(case, 2), monkeypatch, stop=0.6, most=2.0**-70)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(("count", "method"), [(40, "taylor"), (80, "taylor"), (80, "ias15")])
 def test_many_pucks_stop_where_they_must(count: int, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each slides v^2/(2a) far along its velocity, and rests there to the last bit."""

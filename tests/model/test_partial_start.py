@@ -121,6 +121,7 @@ def test_velocities_without_values_do_not_pull_at_given_ones():
     assert start(text, forced=True).v == pytest.approx((0.25, -0.25, -0.75), rel=1e-12)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("seed", range(8))
 def test_no_other_search_finds_a_nearer_state(seed):
     """Rods between random places with one of their coordinates left out, against minimization by SLSQP from

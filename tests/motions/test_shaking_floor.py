@@ -82,6 +82,7 @@ events:
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("method", "count"), [("taylor", 20), ("ias15", 4)])
 def test_a_ball_is_let_go_where_what_pushes_it_to_a_wall_becomes_0(
     method: str, count: int, request: pytest.FixtureRequest
@@ -160,6 +161,7 @@ def slid(v: float, push: float, limit: float, time: float) -> float:
     return math.copysign(max(abs(push) - limit, 0.0), push) * time
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(("method", "count"), [("taylor", 4), ("ias15", 1), ("DOP853", 1), ("Radau", 1)])
 @pytest.mark.parametrize("beside", [False, True])
 def test_what_impulses_of_friction_have_stopped_rests_unless_it_is_pushed_by_more(

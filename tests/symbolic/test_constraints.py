@@ -407,6 +407,7 @@ constraints:
 """
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_states_in_which_a_linkage_is_folded_are_not_compared(patient):
     """Where B is at C, P turns freely, and the accelerations are 0/0."""
     found = verify_system(derive(spec_of(INVERSOR)), {})

@@ -310,6 +310,7 @@ def energies(parameters, states):
     return kinetic - (m1 + m2) * g * l1 * np.cos(a) - m2 * g * l2 * np.cos(b)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", ["double_pendulum", LARGE], ids=["lanes", "one by one"])
 def test_it_stops_when_told_and_says_what_has_ended(name):
     parameters, states = members_of(name, 400 if name == "double_pendulum" else 12)

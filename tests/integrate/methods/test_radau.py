@@ -117,6 +117,7 @@ def test_a_pendulum_on_a_stiff_spring_moves_as_one_on_a_rod() -> None:
     assert 200 * explicit.outcome.steps > 20 * motion.outcome.steps
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("text", "stop", "tolerance"), [(KEPLER, 20.0, 1e-4), (KEPLER, 20.0, 1e-8), (VAN_DER_POL, 2000.0, 1e-5)]
 )
