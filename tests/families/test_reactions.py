@@ -43,7 +43,7 @@ CASES = {
 OUTPUTS = frozenset(["q", "reactions"])
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", CASES)
 def test_what_rests_feels_what_acts_on_it(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     place, potential, more = CASES[case]

@@ -427,7 +427,7 @@ def test_what_is_said_of_switches_does_not_grow_with_them(monkeypatch: pytest.Mo
     assert counted(64) == counted(100)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("energy", "guards"),
     [

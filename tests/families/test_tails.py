@@ -58,7 +58,7 @@ def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(systems, "FEWEST", 0)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("width", [0.003, 0.1])
 @pytest.mark.parametrize("potential", SEEN.values(), ids=SEEN)
 def test_no_force_is_passed_over(potential: str, width: float) -> None:

@@ -170,6 +170,7 @@ def test_many_pucks_stop_where_they_must(count: int, method: str, monkeypatch: p
         assert not found[f"v/{one}"][-1].any()
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("factor", [1.0 - 1e-9, 1.0 + 1e-2])
 def test_a_tilted_table_holds_up_to_its_limit(factor: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """All of 20 bodies rest, or begin to slide at once: g sin(a) against mu g cos(a), in any direction."""

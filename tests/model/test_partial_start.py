@@ -41,6 +41,7 @@ def nearest_of_crank(x: float, s: float) -> tuple[float, float, float]:
     return at, math.sqrt(max(0.0, 0.25 - at**2)), best
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("x", "s"), [(0.2, 1.0), (-0.4, 1.0), (0.45, 1.1)])
 def test_closures_on_both_sides_are_equally_near_and_each_may_be_copied(x, s):
     known = nearest_of_crank(x, s)

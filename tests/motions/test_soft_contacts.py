@@ -181,7 +181,7 @@ def test_the_first_step_of_a_contact_is_no_less_exact_by_radau(depth):
     assert np.ptp(energies) <= 1e-9
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("p", EXPONENTS)
 def test_random_grains(p, source):
     noise, count = np.random.default_rng(source.randrange(2**32)), source.randint(6, 16)

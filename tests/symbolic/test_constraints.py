@@ -162,6 +162,7 @@ def test_forces_of_constraint_in_hamiltons_equations():
         as_written(derive(spec_of(MASSLESS)), "text", "hamilton", {})
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("text", [PENDULUM, KNIFE, CHAIN])
 def test_python_solves_for_accelerations_and_multipliers(text):
     """Explicitly or by elimination; what Hamilton's equations say is the same."""

@@ -166,6 +166,7 @@ def test_integrals_are_carried_along():
     assert np.abs(found[0][:, 2:]).min() > 0
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", ["double_pendulum", "driven_damped_pendulum", "figure_eight"])
 def test_a_member_is_the_same_in_any_lane_beside_any_others(name):
     parameters, states = members_of(name, 45)

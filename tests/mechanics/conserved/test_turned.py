@@ -47,6 +47,7 @@ def searched(text):
     return PolynomialIntegrals(model, noether, [noether.energy])
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", CASES)
 def test_published_integrals_are_found_in_turned_axes(case):
     search = searched(CASES[case])
