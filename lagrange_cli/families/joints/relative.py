@@ -12,7 +12,7 @@ Dynamics, 1965, sec. 6.1).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -38,15 +38,12 @@ from lagrange_cli.families.arrays import (
     tree_of,
 )
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Numbers: TypeAlias = NDArray[np.float64]
     Flags: TypeAlias = NDArray[np.bool_]
-    Division: TypeAlias = Callable[[Numbers], Numbers]
     Piece: TypeAlias = tuple[Term, Slot, Node]
 
 
@@ -119,29 +116,12 @@ class Relative:
             for one in self.steps:
                 yield Term(one.domain, one.factor * self.slots.symbol(one.domain, whole, one.rows), one.rows)
 
-    def divided(self, divide: Division, numbers: FamilyValues) -> Division:
-        """M^-1 b (coordinates, columns) of q, from that of u; ``numbers`` are those of a state."""
-        factors, has = np.ones((len(self.before), 1)), self.before != NONE
-        for one in self.steps:
-            factors[one.rows, 0] = numbers.node(one.factor)
-
-        def divided(right: Numbers) -> Numbers:
-            scaled = right / factors
-            forces = scaled.copy()
-            np.subtract.at(forces, self.before[has], scaled[has])
-            found = divide(forces)
-            relative = found.copy()
-            relative[has] -= found[self.before[has]]
-            return np.asarray(relative / factors)
-
-        return divided
-
     def behind(self, chosen: Flags) -> Flags:
-        """Which coordinates move some of the joints' that are ``chosen`` (flags)."""
+        """Which coordinates move some of the joints' that are ``chosen`` (flags, or columns of these)."""
         found: Flags = chosen.copy()
         for k in reversed(self.tree.order.tolist()):
-            if found[k] and self.before[k] != NONE:
-                found[self.before[k]] = True
+            if self.before[k] != NONE:
+                found[self.before[k]] |= found[k]
         return found
 
 

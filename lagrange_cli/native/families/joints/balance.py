@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.joints.kinds import JointKind
 from lagrange_cli.native.families.joints.node_arrays import Arranged, NodeArrays, array
 from lagrange_cli.native.families.joints.pushed import PushedJoints
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 
 class Balance(NodeArrays):
@@ -83,7 +87,7 @@ class Balance(NodeArrays):
     def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
         """What ``forces`` and ``loads`` do alone, with the same masses."""
         made = copy(self)
-        made.forces, made.loads = forces, loads
+        made.forces, made.loads = self.on_joints(forces, loads), self.on_nodes(loads)
         made.accelerations = [array(self.count) for _ in self.axes]
         made.kinds = [one.alone(made) for one in self.kinds]
         made._respond()
@@ -113,7 +117,7 @@ class Balance(NodeArrays):
         """The accelerations of the joints' coordinates."""
         self._sum_up()
         locks = self.system.modes and self.system.modes.locks
-        self.other = self.on_joints(locks.other) if locks else None
+        self.other = self.on_joints(locks.other, self.system.loads) if locks else None
         self.left = None if self.other is None else self._left(self.other)
         """What would move coordinates that are held, and the forces on these without what holds them."""
 
@@ -128,6 +132,12 @@ class Balance(NodeArrays):
             domain = Domain(len(members))
             node = self.slots.symbol(domain, self.rates, ends[members])
             self.of_sums.append(self.total(one.count, [Term(domain, node, members)], kept=False))
+
+    def of_place(self, domain: Domain, component: int, places: Places) -> Node:
+        """The accelerations of nodes, or of sums of coordinates (see ``Articulation.places``)."""
+        if component in self.places:
+            return self.slots.symbol(domain, self.accelerations[component], places + 1)
+        return self.slots.symbol(domain, self.of_sums[component - len(self.places)], places)
 
     def _gates_of_nodes(self) -> Sequence[Total]:
         if self.gates is None:
