@@ -37,6 +37,7 @@ def bound(angles: str, masses: str, base: str, case: str, count: int, forces: st
     """An arm with constraints, which hold at its start, at rest."""
     given = re.sub(r', velocity: ("[^"]*"|[^}]*)', "", text(count, angles, masses, base, forces, seed))
     given = given.replace("0.1*sin(2*t)", "0.1*sin(2*t)**2")
+    given = given.replace("0.5*t", "0.5*t**2").replace("sin(2*t + i)", "sin(t**2 + i)")
     lengths = [0.5 + 0.1 * sin(3 * i) for i in range(count)]
     phi = [seed * sin(i + seed) for i in range(count)]
     parents = [(i - 1) // 2 if angles == "a tree" else i - 1 for i in range(count)]
@@ -47,6 +48,8 @@ def bound(angles: str, masses: str, base: str, case: str, count: int, forces: st
             step = 0.7 * step + (pi / 7 if i else -pi / 2)
         elif angles == "geared" and i:
             step *= own
+        elif angles == "driven" and i:
+            step = 0.7 * step + 0.1 * sin(i)
         th.append(step + (th[parent] if i else 0.0))
         begin = (x[parent], y[parent]) if i else {"free": (0.1, -0.2)}.get(base, (0.0, 0.0))
         x.append(begin[0] + own * cos(th[i]))
