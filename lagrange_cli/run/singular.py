@@ -87,7 +87,7 @@ def singular_masses(
     is too ill-conditioned for doubles, or even for ``long`` numbers."""
     if end.ending not in STUCK:
         return None
-    found = conditioning_at(spec, parameters, end.t, end.state.tolist(), large=True)
+    found = conditioning_at(spec, parameters, end.t, end.state.tolist())
     if found is None or not found.lost:
         return None
     verb, singular = "is" if end.t == start else "becomes", Ending.SINGULAR_MASS_MATRIX
@@ -121,7 +121,7 @@ def without_mass(
     spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
 ) -> tuple[str, ...]:
     """The coordinates whose velocities may change at a state, in a way that the constraints allow, without a
-    change of any momentum: those of one such way. Systems of many coordinates are not looked at."""
+    change of any momentum: those of one such way."""
     found = conditioning_at(spec, parameters, t, state)
     return () if found is None or not found.lost or found.graded else idle_ways(spec, found)
 
@@ -133,16 +133,16 @@ def idle_ways(spec: Spec, found: Conditioning) -> tuple[str, ...]:
 
 
 def conditioning_at(
-    spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float], *, large: bool = False
+    spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
 ) -> Conditioning | None:
-    """That of the masses, with the constraints below. Systems of many coordinates are not looked at, unless
-    those are ``large`` ones of families with a constant mass matrix."""
+    """That of the masses, with the constraints below. Systems of many coordinates are not looked at, but for
+    families with a constant mass matrix."""
     from lagrange_cli.mechanics.conditioning import conditioning
     from lagrange_cli.model.start.equations import Equations
 
     count = len(spec.coordinates)
     if count > MOST:
-        return conditioning_of_families(spec, parameters) if large and count <= MOST_IN_FAMILIES else None
+        return conditioning_of_families(spec, parameters) if count <= MOST_IN_FAMILIES else None
     q, v = state[:count], state[count : 2 * count]
     try:
         equations = Equations(spec, parameters)

@@ -42,6 +42,15 @@ constraints: {cam: x - sin(angle)}
 """
 
 
+RING = """\
+sizes: {N: 120}
+parameters: {k: 1}
+coordinates: {"x[i in range(N)]": {initial: 0}}
+masses: {"b[i in range(N)]": 1}
+positions: {"b[i in range(N)]": "x[i] + k*x[(i + 1) % N]"}
+"""
+
+
 def found(text, **sets):
     spec = read_spec(text, "file.yaml")
     values = resolve_values(spec, {name: repr(x) for name, x in sets.items()})
@@ -59,6 +68,8 @@ def found(text, **sets):
         (ENTANGLED, {"k": 1.0 + 1e-9}, ()),
         (CROSSED, {}, ()),  # its diagonal is 0, and it is regular
         (BOUND, {}, ()),  # the constraint turns the cam
+        (RING, {}, tuple(f"x[{i}]" for i in range(120))),  # in turn forward and backward
+        (RING, {"k": 0.5}, ()),
     ],
 )
 def test_the_coordinates_without_inertia_are_found(text, sets, names):
