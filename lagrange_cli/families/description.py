@@ -207,8 +207,11 @@ class FamilySystem:
         """Whether positions depend on t besides coordinates, as T does then."""
         if self.apart is not None:
             return True
-        moved = self.joints.moved if self.joints else ()
-        return any(one.symbols & self.time.symbols for one in moved)
+        joints = self.joints
+        if joints is None:
+            return False
+        driven = joints.relative is not None and joints.relative.driven
+        return bool(driven) or any(one.symbols & self.time.symbols for one in joints.moved)
 
     @property
     def steady_potential(self) -> bool:

@@ -35,10 +35,10 @@ INCOMPLETE = (
     "nonholonomic",
 )
 """What members are written out for, and how to do without."""
-RELATIVE = (
-    "impacts that reduce the speed, or actions and constraints, on links whose angles are sums",
-    "make these angles the coordinates, and write the others as their differences",
-)
+_ABSOLUTE = "make these angles the coordinates, and write the others as their differences"
+RELATIVE = "actions in systems with constraints, on links whose angles are sums", _ABSOLUTE
+REACHING = "impacts of places that reduce the speed, on links whose angles are sums", _ABSOLUTE
+RUBBING = "dry friction between links whose angles are sums, other than in hinges, or with impacts", _ABSOLUTE
 
 
 def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Total]) -> None:
@@ -106,8 +106,9 @@ def refuse_holding(system: FamilySystem) -> None:
         return
     modes = None if system.smooth is None else system.smooth.modes
     if relative:
-        if modes is not None and modes.sticking is not None:
-            raise Unsuited(*RELATIVE)
+        between = modes is not None and modes.sticking is not None
+        if between or (modes is not None and modes.limits is not None and system.contact is not None):
+            raise Unsuited(*RUBBING)
         return
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)
     if holding:

@@ -12,6 +12,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.settings.outputs import resolve_outputs
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
@@ -33,6 +34,7 @@ def followed(
 ) -> tuple[Prepared, Motion]:
     """A motion of a system, and what it was followed by."""
     spec, values = begun(text)
+    outputs = resolve_outputs(outputs, has_particles=spec.lagrangian is None)  # refuses unknown ones
     asked = Compilation(method, FULL, outputs, backward=stop < 0.0)
     ready = prepare_system(spec, derive_system, None, asked)
     return ready, run(ready, values, 0.0, stop, samples)

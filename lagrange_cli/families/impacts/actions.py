@@ -143,7 +143,7 @@ def on_joints(
     reflected, lossless = turned(builder, events, kinetic)
     slowing, impacts = np.flatnonzero(impact & touched & ~reflected), None
     simple, pairs = simple_in(events, read)
-    if found.relative is not None and (len(slowing) or bound is not None):
+    if found.relative is not None and bound is not None:
         raise Unsuited(*RELATIVE)
     if len(slowing):
         impacts = impacts_on_joints(builder, events, slowing, found, bound)

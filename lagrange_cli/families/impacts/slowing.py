@@ -17,6 +17,7 @@ from lagrange_cli.families.contacts import Push, Reach
 from lagrange_cli.families.events import ROUNDED, Events
 from lagrange_cli.families.impacts.impacts import part_of
 from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.refusals import REACHING
 from lagrange_cli.families.values import FamilyValues
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ class Slowing:
                 self.bounds += bounds_of(builder, own.domain, own.node, own.targets, joints, True)
         if not all(one.whole for one in self.bounds):
             raise Unsuited(*SUMMED)
+        if joints.relative is not None and any(one.holds for one in self.bounds):
+            raise Unsuited(*REACHING)
         self.values: list[Term] = []
         """What they set, at the numbers of values."""
         for term in events.values.terms:

@@ -94,6 +94,14 @@ class Relative:
         """Those whose shifts depend on t."""
         return [one for one in self.steps if one.shift.symbols & self.time.symbols]
 
+    def summed(self, changes: Array) -> Total:
+        """u, from q, where both are changes of these."""
+        terms = []
+        for one in self.steps:
+            node = one.factor * self.slots.symbol(one.domain, changes, one.rows)
+            terms.append(Term(one.domain, node, one.rows))
+        return total_of(len(self.before), terms, self.slots.graph, self.tree)
+
     def forces(self, own: Total, loads: Sequence[Total]) -> Iterator[Term]:
         """F, from Q by coordinates of their ``own`` and, with the opposite sign, by those on sums."""
         for one in self.steps if own.terms else ():

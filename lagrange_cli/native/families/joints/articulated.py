@@ -44,7 +44,7 @@ class ArticulatedJet(CorrectedJet):
         balance, fixed, arranged = self.balance, self.lasting.fixed, self.lasting.changed
         nodes = [arranged.get(one, one) for one in balance.found.nodes]
         rates = [one and arranged.get(one, one) for one in balance.found.rates]
-        self.sums = [*zip(balance.of_sums, balance.sums, balance.speeds)]
+        self.sums = [*zip(balance.final_sums, balance.sums, balance.speeds)]
         """Accelerations of sums of coordinates, these, and their velocities."""
         given = {one: None for one in (*nodes, *rates) if one is not None}
         given |= {one: None for _, *both in self.sums for one in both}

@@ -86,6 +86,11 @@ class Balance(NodeArrays):
         """The accelerations of coordinates, with those by contacts."""
         return self.of_coordinates if self.touched is None else self.touched.rates
 
+    @property
+    def final_sums(self) -> Sequence[Total]:
+        """Those of sums of coordinates."""
+        return self.of_sums if self.touched is None else self.touched.of_sums
+
     def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
         """What ``forces`` and ``loads`` do alone, with the same masses."""
         made = copy(self)
@@ -130,11 +135,17 @@ class Balance(NodeArrays):
             return
         own = [*relative.rates(self.rates, self.shifted)]
         self.of_coordinates = self.total(self.rates.count, own, kept=False)
-        for one, ends in relative.chains.items():
+        self.of_sums = self.at_ends(self.rates)
+
+    def at_ends(self, rates: Array) -> list[Total]:
+        """The accelerations of sums of coordinates, from those of the joints' coordinates."""
+        found = []
+        for one, ends in self.found.relative.chains.items() if self.found.relative else ():
             members = np.flatnonzero(ends != NONE)
             domain = Domain(len(members))
-            node = self.slots.symbol(domain, self.rates, ends[members])
-            self.of_sums.append(self.total(one.count, [Term(domain, node, members)], kept=False))
+            node = self.slots.symbol(domain, rates, ends[members])
+            found.append(self.total(one.count, [Term(domain, node, members)], kept=False))
+        return found
 
     def _drives(self) -> Iterator[Local]:
         """What the series of shifts give."""
@@ -272,5 +283,5 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
             terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))
     change = [kind.own(one) for one in kind.change]
     if touched is not None:
-        change = [kind.at_rows(touched.rates, b) for b in kind.bends]
+        change = [kind.at_rows(touched.of_joints, b) for b in kind.bends]
     return Local(kind.domain, [*terms, *slopes], len(slopes), kind.coordinates, [*unknowns], change)

@@ -58,7 +58,7 @@ class JointContacts(Bonded):
             self.size, [*self.sum_of(self.gained), *self.reaching.pushed(self.reaching.early)]
         )
         """u without the newest N."""
-        self.known = self.total(self.size, self.sum_of(balance.rates, self.early))
+        self.known = self.total(self.size, self.sum_of(balance.of_coordinates, self.early))
         """a without it."""
         self.ahead = [self.moved_by(self.early, c, self.jolts[c]) for c in balance.axes]
         """What u without it adds to accelerations of nodes beside their parents."""
@@ -78,7 +78,16 @@ class JointContacts(Bonded):
         """u."""
         self.rates = self._rates()
         """a."""
-        self.moved = [self.moved_by(self.pushed, c, self.jolts[c]) for c in balance.axes]
+        self.on_joints = self._on_joints()
+        """u of the joints' coordinates."""
+        relative = balance.found.relative is not None
+        self.of_joints = (
+            self.total(self.size, self.sum_of(balance.rates, self.on_joints)) if relative else self.rates
+        )
+        """a of these."""
+        self.of_sums = balance.at_ends(self.of_joints)
+        """a of sums of coordinates."""
+        self.moved = [self.moved_by(self.on_joints, c, self.jolts[c]) for c in balance.axes]
         """What u adds to accelerations of nodes beside their parents."""
 
     @property
@@ -86,8 +95,8 @@ class JointContacts(Bonded):
         """What contacts add to accelerations."""
         series = [self._local_of_bound(b, one) for b, one in enumerate(self.bounds)]
         series += [self._local_of_push(p, one) for p, one in enumerate(self.pushes)]
-        pushed, of_kind = self.pushed, self.reaching.of_kind
-        return PushedJoints(pushed, self.rates, self.gained, self.jolts, series, of_kind)
+        rates = self.on_joints, self.of_joints, self.rates, self.of_sums
+        return PushedJoints(*rates, self.gained, self.jolts, series, self.reaching.of_kind)
 
     def bonds_of(self, system: FamilySystem) -> Bonds:
         return self.contact.bonds
@@ -108,7 +117,7 @@ class JointContacts(Bonded):
         """All that are computed."""
         own = [self.square, self.early, self.known, self.right, self.multipliers]
         own += [self.newest, self.column, self.left, self.pushed, self.rates]
-        own += [*self.ahead, *self.swings, *self.moved]
+        own += [self.on_joints, self.of_joints, *self.of_sums, *self.ahead, *self.swings, *self.moved]
         return list(dict.fromkeys([*self.in_order, *self.in_first, *self.reaching.arrays, *own]))
 
     @cached_property
@@ -208,9 +217,16 @@ class JointContacts(Bonded):
         product = self.gate(each, self.every(each)) * self.own(each, self.column)
         return self.total(self.count, [Term(each, self.own(each, self.right) - product, self.every(each))])
 
+    def _on_joints(self) -> Total:
+        relative = self.balance.found.relative
+        if relative is None:
+            return self.pushed
+        return self.lasting.arranged(relative.summed(self.pushed), kept=False)
+
     def _rates(self) -> Total:
         """Coordinates that rest alone have no acceleration, not even a rounding error."""
-        before, terms = np.full(self.size, NONE), self.sum_of(self.balance.rates, self.pushed)
+        before, own = np.full(self.size, NONE), self.balance.of_coordinates
+        terms = self.sum_of(own, self.pushed)
         for bound in filter(self._still, self.bounds):
             rows, others = bound.rows[0], before[bound.rows[0]]
             before[rows] = bound.numbers
@@ -222,7 +238,7 @@ class JointContacts(Bonded):
                 held = self.gate(domain, bound.numbers[which])
                 if others[which][0] != NONE:  # one wall of a coordinate holds it at a time
                     held = held * (1.0 - self.gate(domain, others[which]))
-                whole = self.slots.symbol(domain, self.balance.rates, at)
+                whole = self.slots.symbol(domain, own, at)
                 whole = whole + self.slots.symbol(domain, self.pushed, at)
                 terms.append(Term(domain, -(held * whole), at))
         return self.total(self.size, terms)

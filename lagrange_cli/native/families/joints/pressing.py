@@ -75,6 +75,8 @@ class Pressing:
             self._solve(evaluation)
         self._write_newest(evaluation)
         self._write(evaluation, touch.reaching.whole, [touch.pushed], [touch.rates])
+        if touch.of_sums:
+            self._write(evaluation, [touch.on_joints], [touch.of_joints], touch.of_sums)
         return found
 
     def move_nodes(self, evaluation: Evaluation) -> None:

@@ -13,12 +13,15 @@ from lagrange_cli.records import dataclass
 
 @dataclass(frozen=True, eq=False)
 class PushedJoints:
-    """Contacts add u (``pushed``) to accelerations, which are the ``rates`` then. Series give what they have
+    """Contacts add u (``pushed``) to accelerations of the joints' coordinates, which are ``of_joints`` then;
+    those of the system's coordinates are the ``rates``, and of sums ``of_sums``. Series give what they have
     of u without what is newest (``gained``), and of J u of nodes (``jolts``); ``series`` are those of the
     contacts. ``of_kind`` has terms of u for a kind of joints with these moves, and the unknown of each."""
 
     pushed: Total
+    of_joints: Total
     rates: Total
+    of_sums: Sequence[Total]
     gained: Array
     jolts: Sequence[Array]
     series: Sequence[Local]
