@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.spec.read import read_spec
 from tests.families.test_chains import fewest
 from tests.families.test_closed_chains import exactly_followed
-from tests.families.test_relative_joints import ANGLES, MASSES, text
+from tests.families.test_relative_joints import ANGLES, MASSES, is_relative, text
 from tests.support.families import alike, followed
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "positions", "energy", "constraints", "multipliers"])
@@ -78,8 +77,7 @@ def test_arms_move_as_with_members_written_out(
     forces = chance.choice(["none", "motors", "oil", "wind"])
     given = bound(angles, masses, base, case, count, forces, seed)
     fewest(monkeypatch, 0)
-    system = systems.family_system(read_spec(given, "arm.yaml"))
-    assert system is not None and system.joints is not None and system.joints.relative is not None
+    assert is_relative(given)
     ready, found = followed(given, OUTPUTS, stop=0.3, method=method)
     assert ready.machine.program.loops
     monkeypatch.setattr(systems, "any_family_system", lambda *_: None)

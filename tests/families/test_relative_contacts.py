@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.spec.read import read_spec
 from tests.families.test_coupled_contacts import motion
-from tests.families.test_relative_joints import ANGLES, MASSES, text
+from tests.families.test_relative_joints import ANGLES, MASSES, is_relative, text
 from tests.support.families import followed
 
 EVENT = '"{name}[i in range({first}, N)]": {{when: "{when}", direction: {way}, action: {{set: {{{sets}}}}}}}'
@@ -49,8 +48,7 @@ def test_links_rest_as_written_out(
     seed, e = round(chance.uniform(0.3, 1.0), 2), chance.choice([0.0, 0.3, 0.6])
     given = stopped(case, angles, chance.choice([*MASSES]), count, e, seed)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
-    system = systems.any_family_system(read_spec(given, "arm.yaml"))
-    assert system is not None and system.joints is not None and system.joints.relative is not None
+    assert is_relative(given)
     found, expected = (motion(given, 0.4, whole=whole, patch=monkeypatch) for whole in (True, False))
     for path in (one for one in expected if not one.startswith("events/")):
         size = max(1.0, float(np.max(np.abs(expected[path]))))

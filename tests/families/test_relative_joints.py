@@ -78,11 +78,16 @@ def text(count: int, angles: str, masses: str, base: str, forces: str, seed: flo
     )  # fmt: skip
 
 
+def is_relative(given: str) -> bool:
+    """Whether an arm is a family whose joints have sums of coordinates."""
+    system = systems.any_family_system(read_spec(given, "arm.yaml"))
+    return system is not None and system.joints is not None and system.joints.relative is not None
+
+
 def is_as_written_out(given: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """An arm is a family with sums of coordinates, and moves as with its members written out."""
     fewest(monkeypatch, 0)
-    system = systems.family_system(read_spec(given, "arm.yaml"))
-    assert system is not None and system.joints is not None and system.joints.relative is not None
+    assert is_relative(given)
     outputs = WRITTEN if "t)" in given or "*t" in given else WRITTEN | {"ledger"}
     ready, found = followed(given, outputs, stop=0.3, method=method)
     assert ready.machine.program.loops
@@ -212,8 +217,7 @@ definitions:
   y[i in range(N)]: sum(l*sin(th[j]) for j in range(i + 1))
 """
     for given in (INLINE, named):
-        system = systems.family_system(read_spec(given, "arm.yaml"))
-        assert system is not None and system.joints is not None and system.joints.relative is not None
+        assert is_relative(given)
     found, expected = (followed(one, WRITTEN, 0.3)[1].data for one in (INLINE, named))
     alike(found, expected, 2.0**-45)
 
