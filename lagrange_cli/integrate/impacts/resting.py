@@ -223,14 +223,9 @@ class Resting:
         sides, n = self._sides, self._sides.program.degrees
         places = sides.outer[n : 2 * n]
         change = sides.memory[places] - impact.before[n : 2 * n]
-        moved = change != 0.0
-        for part, lost in ((sides.outer[:n], above), (places, left)):
-            taken = change[moved] / (left - impact.speed) * lost
-            rest = sides.memory[part[moved]] - taken
-            rest[np.abs(rest) <= ROUNDING * np.abs(taken)] = 0.0
-            sides.memory[part[moved]] = rest
-            sides.memory[sides.layout.width + part[moved]] = 0.0
-            sides.memory[sides.layout.third + part[moved]] = 0.0
+        for rows, lost in ((sides.outer[:n], above), (places, left)):
+            taken = change / (left - impact.speed) * lost
+            sides.move(rows, -taken, ROUNDING * np.abs(taken))
         sides.begin_anew()
 
     def hold(self, event: int, side: float) -> None:

@@ -181,6 +181,19 @@ class Sides:
         self.begin_anew()
         return True
 
+    def move(self, rows: NDArray[np.intp], changes: Array, nothing: Array | float) -> None:
+        """Add ``changes`` to what is at some rows of the memory, with all digits: arguments of events are
+        computed from these. What is left is 0 up to ``nothing``."""
+        layout, moved = self.layout, changes != 0.0
+        rows, changes = rows[moved], changes[moved]
+        high, low = self.memory[rows], self.memory[layout.width + rows]
+        total = high + changes
+        low += (high - (total - (total - high))) + (changes - (total - high))
+        none = np.abs(total) <= np.broadcast_to(nothing, moved.shape)[moved]
+        total[none] = low[none] = 0.0
+        self.memory[rows], self.memory[layout.width + rows] = total, low
+        self.memory[layout.third + rows] = 0.0
+
     def turns(self, event: int, new: Array) -> bool:
         """Whether an action that sets ``new`` values turns the motion back to the side it came from."""
         velocities = range(self.program.degrees, 2 * self.program.degrees)
