@@ -59,7 +59,7 @@ class Pushes:
         sides.begin_anew()
         Impulses(sides.settling).close(sides.state(sides.memory), sides.outer, ())
         before = sides.memory[self._v].copy()
-        values, _ = sides.act_on(sides.state(sides.memory))
+        values, _ = sides.act_now()
         done = sides.put(event, values) and sides.close(event)
         change = sides.memory[self._v] - before
         sides.memory[:] = memory
