@@ -93,6 +93,7 @@ def test_contacts_hold_as_written_out(
             assert np.max(np.abs(found[path] - expected[path])) <= SAMPLES, path
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("count", "e"), [(16, 0), (10, 0.4)])
 def test_a_chain_of_rods_comes_to_rest_on_a_floor(
     count: int, e: float, monkeypatch: pytest.MonkeyPatch
@@ -106,6 +107,7 @@ def test_a_chain_of_rods_comes_to_rest_on_a_floor(
     assert np.all(np.abs(y[-1]) <= 1e-12) and np.all(np.abs(found["v/y"][-1]) <= 1e-10)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["bobs on rods", "a pile"])
 def test_dense_factors_pass_over_contacts_that_do_not_touch(
     case: str, monkeypatch: pytest.MonkeyPatch

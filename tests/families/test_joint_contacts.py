@@ -133,6 +133,7 @@ def random_stops(count: int, e: float, seed: int, start: str = "0.3 + 0.1*i") ->
     )
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @examples(3)
 @given(st.integers(2, 9), st.floats(0.0, 0.9), st.integers(0, 99))
 @example(7, 0.0390625, 1)
@@ -146,6 +147,7 @@ def test_random_stops_of_random_chains(count: int, e: float, seed: int) -> None:
         assert np.max(np.abs(found[path] - expected[path])) <= CLOSE * size, path
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("listed", [False, True])
 def test_rounding_errors_do_not_grow_where_impacts_accumulate(
     listed: bool, monkeypatch: pytest.MonkeyPatch
@@ -161,6 +163,7 @@ def test_rounding_errors_do_not_grow_where_impacts_accumulate(
     assert np.max(np.abs(other["v/a"] - first["v/a"])) <= 1e-12
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("case", "e", "stop"), IN_DOUBLE_DOUBLE)
 def test_joints_rest_in_double_double(
     case: str, e: float, stop: float, monkeypatch: pytest.MonkeyPatch
