@@ -107,13 +107,9 @@ def test_a_chain_of_rods_comes_to_rest_on_a_floor(
     assert np.all(np.abs(y[-1]) <= 1e-12) and np.all(np.abs(found["v/y"][-1]) <= 1e-10)
 
 
-@pytest.mark.exhaustive(keep=1)
-@pytest.mark.parametrize("case", ["bobs on rods", "a pile"])
-def test_dense_factors_pass_over_contacts_that_do_not_touch(
-    case: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_dense_factors_pass_over_contacts_that_do_not_touch(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rows of the matrix come and go as bodies touch, and part."""
-    text = CASES[case].format(count=9, e=0)
+    text = CASES["bobs on rods"].format(count=9, e=0)
     expected = motion(text, 0.6, whole=True, patch=monkeypatch)
     monkeypatch.setattr(elimination, "MOST", 0)
     monkeypatch.setattr(systems, "_LATEST", [])
@@ -121,7 +117,7 @@ def test_dense_factors_pass_over_contacts_that_do_not_touch(
     assert system is not None and isinstance(system.contacts, Coupled)
     assert system.contacts.bonds.elimination is None
     found = motion(text, 0.6, whole=True, patch=monkeypatch)
-    assert len(found["events/hit/t"]) > 5
+    assert len(found["events/hit/t"]) > 50
     for path in ("q/y", "v/y"):
         assert np.max(np.abs(found[path] - expected[path])) <= SAMPLES, path
 

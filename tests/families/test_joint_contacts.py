@@ -134,7 +134,7 @@ def random_stops(count: int, e: float, seed: int, start: str = "0.3 + 0.1*i") ->
 
 
 @pytest.mark.exhaustive(keep=0.5)
-@examples(3)
+@examples(1)
 @given(st.integers(2, 9), st.floats(0.0, 0.9), st.integers(0, 99))
 @example(7, 0.0390625, 1)
 @example(9, 0.0, 31)
