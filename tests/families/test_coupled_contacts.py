@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lagrange_cli.families import elimination
+from lagrange_cli.families import system as systems
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.system import any_family_system, reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
@@ -102,6 +105,21 @@ def test_a_chain_of_rods_comes_to_rest_on_a_floor(
     assert np.all(y >= -1e-12)
     assert np.all(np.diff(h) <= 1e-10 * h[0])
     assert np.all(np.abs(y[-1]) <= 1e-12) and np.all(np.abs(found["v/y"][-1]) <= 1e-10)
+
+
+def test_dense_factors_pass_over_contacts_that_do_not_touch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows of the matrix come and go as bodies touch, and part."""
+    text = CASES["bobs on rods"].format(count=9, e=0)
+    expected = motion(text, 0.6, whole=True, patch=monkeypatch)
+    monkeypatch.setattr(elimination, "MOST", 0)
+    monkeypatch.setattr(systems, "_LATEST", [])
+    system = any_family_system(read_spec(text, "system.yaml"))
+    assert system is not None and isinstance(system.contacts, Coupled)
+    assert system.contacts.bonds.elimination is None
+    found = motion(text, 0.6, whole=True, patch=monkeypatch)
+    assert len(found["events/hit/t"]) > 50
+    for path in ("q/y", "v/y"):
+        assert np.max(np.abs(found[path] - expected[path])) <= SAMPLES, path
 
 
 def test_what_rests_alone_rests_exactly(monkeypatch: pytest.MonkeyPatch) -> None:

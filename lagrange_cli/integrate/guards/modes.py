@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 
 from lagrange_cli.integrate.guards.latest import Latest
 from lagrange_cli.integrate.workspace import accelerated
@@ -88,7 +87,8 @@ class Modes:
         first, step, term = self.machine.program.series_at
         start = first + step * self._layout.v.start + term
         shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
-        coefficients = as_strided(self._work[start:], shape, strides, writeable=False) * ORDERS
+        series = np.ndarray(shape, np.float64, self._work, 8 * start, strides)
+        coefficients: Array = series * ORDERS
         return Seen(rates, coefficients)
 
     def _arguments(self) -> Array:
@@ -120,7 +120,8 @@ class Modes:
     def values_of(self, rows: Sequence[int]) -> Array:
         """The rates of some rows."""
         self._series()
-        return np.array([self._coefficients(row)[0] for row in rows])
+        found: Array = self._here.coefficients[np.asarray(rows, dtype=np.intp) - self._layout.v.start, 0]
+        return found
 
     def coefficients_between(self, start: int, stop: int) -> Array:
         """The same of the rows from one to before another (rows, coefficients)."""

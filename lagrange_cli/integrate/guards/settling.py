@@ -49,6 +49,9 @@ class Settling(Sliding):
 
     def begin_switches(self) -> None:
         """Choose the modes of all switches, whatever was before."""
+        if not self.count:
+            self.prepare()
+            return
         own = self.modes[: self.count]
         own[:] = 1.0
         values, vectors = np.ones(0), [*self.vectors(), *self.dragged()]

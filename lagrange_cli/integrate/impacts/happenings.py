@@ -75,7 +75,7 @@ class Happenings:
         motion back there."""
         sides = self._sides
         self._resting.times[:] = np.nan
-        new, sizes = sides.act_on(sides.state(sides.memory))
+        new, sizes = sides.act_now()
         rows = sides.all_coefficients()
         for e, (size, rate) in enumerate(sizes):
             direction, values = self._guards[e + sides.first].direction, rows[e]
@@ -201,7 +201,7 @@ class Happenings:
         sides = self._sides
         if self._guards[event + sides.first].role is Role.RECORD:
             return False
-        rate = sides.act_on(sides.state(sides.memory))[1][event, 1]
+        rate = sides.act_now()[1][event, 1]
         return bool(sides.coefficients(event)[1] * sides.side(event) < -ROUNDING * rate)
 
     def _crossed(
@@ -239,7 +239,7 @@ class Happenings:
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
         length = self._resting.length()
-        side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
+        side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_now()
         self._resting.noise()
         switches = sides.switches()
         memory = sides.memory.copy()
@@ -252,7 +252,7 @@ class Happenings:
             return refused
         sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
-        _, sizes = sides.act_on(sides.state(sides.memory))
+        _, sizes = sides.act_now()
         after, noise = sides.all_coefficients(), self._resting.noise()
         least_rate = float(sides.least_sizes()[1])
         # constraints move all arguments by rounding errors

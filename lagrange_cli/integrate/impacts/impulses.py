@@ -8,7 +8,7 @@ do not allow all velocities that were set, impulses change these, too; coordinat
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,15 +40,18 @@ SLIGHTLY = 1e-6
 """Coordinates that were set are moved by this fraction of the state at most, as initial values are."""
 
 
-def least_change(masses: Array, slopes: Array, off: Array) -> Array | None:
-    """The least change, in the metric of the ``masses``, by which constraints with these ``slopes`` get the
-    values that they are ``off`` by; None where elimination does not find it to the last digits."""
+def least_change(masses: Array, slopes: Array, off: Array, free: Sequence[int]) -> Array | None:
+    """The least change of what is ``free``, in the metric of the ``masses``, by which constraints with these
+    ``slopes`` get the values that they are ``off`` by; None where elimination does not find it to the last
+    digits."""
+    own, diagonal = slopes[:, free], np.diagonal(masses)
+    alone = np.count_nonzero(masses) == np.count_nonzero(diagonal) == len(masses)
     try:
-        along = np.linalg.solve(masses, slopes.T)
-        found: Array = along @ np.linalg.solve(slopes @ along, off)
+        along = own.T / diagonal[free, None] if alone else np.linalg.solve(masses[np.ix_(free, free)], own.T)
+        found: Array = along @ np.linalg.solve(own @ along, off)
     except np.linalg.LinAlgError:
         return None
-    left = float(np.max(np.abs(off - slopes @ found), initial=0.0))
+    left = float(np.max(np.abs(off - own @ found), initial=0.0))
     return found if left <= EXACT * np.max(np.abs(off), initial=0.0) else None
 
 
@@ -126,7 +129,7 @@ class Impulses:
         matrix = np.zeros((degrees + count,) * 2)
         matrix[tuple(program.places)] = found[2 * count :]
         change = np.zeros(degrees)
-        least = least_change(matrix[np.ix_(free, free)], matrix[degrees:, free], off)
+        least = least_change(matrix[:degrees, :degrees], matrix[degrees:, :degrees], off, free)
         if least is not None:
             change[free] = least
             return change

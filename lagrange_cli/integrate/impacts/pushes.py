@@ -59,7 +59,7 @@ class Pushes:
         sides.begin_anew()
         Impulses(sides.settling).close(sides.state(sides.memory), sides.outer, ())
         before = sides.memory[self._v].copy()
-        values, _ = sides.act_on(sides.state(sides.memory))
+        values, _ = sides.act_now()
         done = sides.put(event, values) and sides.close(event)
         change = sides.memory[self._v] - before
         sides.memory[:] = memory
@@ -91,15 +91,6 @@ class Pushes:
 
     def move(self, changes: Array) -> None:
         """Change coordinates and velocities (n, 2)."""
-        sides, layout = self._sides, self._sides.layout
         for rows, change in zip((self._q, self._v), changes.T):
-            moved = change != 0.0
-            own, taken = rows[moved], change[moved]
-            high, low = sides.memory[own], sides.memory[layout.width + own]
-            total = high + taken
-            error = low + ((high - (total - (total - high))) + (taken - (total - high)))
-            rest = np.abs(total) <= NOTHING * np.max(np.abs(taken), initial=0.0)
-            sides.memory[own] = np.where(rest, 0.0, total)
-            sides.memory[layout.width + own] = np.where(rest, 0.0, error)
-            sides.memory[layout.third + own] = 0.0
-        sides.begin_anew()
+            self._sides.move(rows, change, NOTHING * np.max(np.abs(change), initial=0.0))
+        self._sides.begin_anew()

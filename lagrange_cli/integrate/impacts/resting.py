@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.guards.latest import Latest
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.impacts.at_once import AtOnce
-from lagrange_cli.integrate.impacts.sides import KNOWN, Sides
+from lagrange_cli.integrate.impacts.sides import Sides
 from lagrange_cli.integrate.impacts.touching import Touching
 from lagrange_cli.native.guards import LOOSE, UNSEEN, Role
 from lagrange_cli.native.state import Clock
@@ -62,7 +61,6 @@ class Resting:
         self.released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
         self._touching = Touching(sides, self.guards)
-        self._terms = Latest[tuple["Array", "Array"]](KNOWN)
         self.at_once = AtOnce(len(sides.program.events), start, sides.program.parts)
         self.times = sides.memory[sides.guards.times(sides.layout)].reshape(-1, 2)
         """When each event has acted last."""
@@ -82,18 +80,19 @@ class Resting:
         """Up to which rates events' arguments are at rest."""
         now = self._sides.now
         time = now - self._start
-        rates, gained = self._terms.of(self._sides.memory, self._rates)
-        self._touching.time = time
-        self._touching.near = ROUNDING * time * (rates + gained)
+        rates, gained, near = self._sides.at_present("rates", self._rates)
+        self._touching.time, self._touching.near = time, near
         return self.at_once.noise(now, rates, gained * min(1.0, self.length() / time) if time else rates)
 
-    def _rates(self) -> tuple[Array, Array]:
-        """The sizes of the terms of the rates of arguments, and of what they have gained by accelerations."""
+    def _rates(self) -> tuple[Array, Array, Array]:
+        """The sizes of the terms of the rates of arguments, and of what they have gained by accelerations,
+        and how far from 0 rounding has led arguments since the start, at most."""
         sides, n = self._sides, self._sides.program.degrees
-        state = sides.state(sides.memory)
+        state, time = sides.state(sides.memory), sides.now - self._start
         rates = np.fmax(sides.sizes()[:, 1], sides.least_sizes()[1])
-        state[n : 2 * n] = sides.settling.accelerations() * (sides.now - self._start)
-        return rates, sides.act_on(state)[1][:, 1]
+        state[n : 2 * n] = sides.settling.accelerations() * time
+        gained = sides.act_on(state)[1][:, 1]
+        return rates, gained, ROUNDING * time * (rates + gained)
 
     def has_jumped(self, event: int) -> bool:
         """Whether an argument is beyond 0 because it jumps, not by rounding."""
@@ -166,7 +165,7 @@ class Resting:
         if event in self.impacts:
             return True
         before, least = sides.state(sides.memory), FEW * float(np.max(noise))
-        values, own = sides.act_on(before)[0][0], sides.sets[event]
+        values, own = sides.act_now()[0][0], sides.sets[event]
         return all(n <= place < 2 * n and abs(values[i] - before[place]) <= least for i, place in own)
 
     def touch(self, event: int) -> bool:
@@ -223,14 +222,9 @@ class Resting:
         sides, n = self._sides, self._sides.program.degrees
         places = sides.outer[n : 2 * n]
         change = sides.memory[places] - impact.before[n : 2 * n]
-        moved = change != 0.0
-        for part, lost in ((sides.outer[:n], above), (places, left)):
-            taken = change[moved] / (left - impact.speed) * lost
-            rest = sides.memory[part[moved]] - taken
-            rest[np.abs(rest) <= ROUNDING * np.abs(taken)] = 0.0
-            sides.memory[part[moved]] = rest
-            sides.memory[sides.layout.width + part[moved]] = 0.0
-            sides.memory[sides.layout.third + part[moved]] = 0.0
+        for rows, lost in ((sides.outer[:n], above), (places, left)):
+            taken = change / (left - impact.speed) * lost
+            sides.move(rows, -taken, ROUNDING * np.abs(taken))
         sides.begin_anew()
 
     def hold(self, event: int, side: float) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,8 @@ KNOWN = 4
 COUPLED = 1.0
 """Impulses of constraints leave this part of the rounding errors of the largest velocity in all others: they
 add up along chains."""
+
+T = TypeVar("T")
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -49,6 +51,7 @@ class Sides:
         self.directions = np.array([one[0] for one in program.events])
         """Those in which their arguments' signs must change; 0 for any."""
         self._known = Latest["Array"](KNOWN)
+        self._present = Latest[dict[str, Any]](KNOWN)
         self.sets: dict[int, list[tuple[int, int]]] = {}
         """By events with actions: the numbers and places of what they set."""
         for i, (event, place) in enumerate(program.changed):
@@ -74,7 +77,7 @@ class Sides:
         value, rate = (self.coefficients(event)[:2] * self.side(event)).tolist()
         if not rate > 0.0:
             return False
-        noise = ROUNDING * self.act_on(self.state(self.memory))[1][event]
+        noise = ROUNDING * self.sizes()[event]
         return bool(value >= -max(noise[0], near) and rate > noise[1])
 
     def has_jumped(self, event: int, length: float, near: float) -> bool:
@@ -119,15 +122,31 @@ class Sides:
         count, events = len(self.program.changed), len(self.program.events)
         return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
 
+    def act_now(self) -> tuple[Array, Array]:
+        """The same in the present state."""
+        return self.at_present("actions", lambda: self.act_on(self.state(self.memory)))
+
+    def at_present(self, name: str, compute: Callable[[], T]) -> T:
+        """What ``compute`` finds out about all that is in the memory, under a ``name``: once, as long as
+        nothing changes there. It must not be changed."""
+        found = self._present.of(self.memory, dict)
+        if name not in found:
+            found[name] = compute()
+        known: T = found[name]
+        return known
+
     def sizes(self) -> Array:
         """The sizes of arguments now (events, 2)."""
-        return self.act_on(self.state(self.memory))[1]
+        return self.act_now()[1]
 
     def least_sizes(self) -> Array:
         """The sizes of values and rates (2,) whose rounding errors all events may have: where constraints
         couple coordinates and velocities, those of the largest."""
         if not self.program.constraints:
             return np.zeros(2)
+        return self.at_present("least sizes", self._largest)
+
+    def _largest(self) -> Array:
         state = np.abs(self.memory[self.layout.part(0)])
         largest = (np.max(state[own], initial=0.0) for own in (self.layout.q, self.layout.v))
         return COUPLED * np.array([*largest])
@@ -151,7 +170,6 @@ class Sides:
     def _acted(self, state: Array) -> Array:
         """All that ``@act`` computes (parts, values)."""
         when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
-        self.settling.prepare()
         given = np.concatenate([when, self.memory[self.layout.settings], state])
         return self._known.of(given, lambda: self._computed(when, state))
 
@@ -159,6 +177,7 @@ class Sides:
         machine, program = self.settling.machine, self.program
         assert machine.act is not None
         count = program.parts * program.acted
+        self.settling.prepare()
         found = at_one_state(machine.act, self.settling.constants, when, state, count)
         return found.reshape(program.parts, -1)
 
@@ -180,6 +199,19 @@ class Sides:
                 memory[[first + part * width for part in range(program.parts)]] = values[:, i]
         self.begin_anew()
         return True
+
+    def move(self, rows: NDArray[np.intp], changes: Array, nothing: Array | float) -> None:
+        """Add ``changes`` to what is at some rows of the memory, with all digits: arguments of events are
+        computed from these. What is left is 0 up to ``nothing``."""
+        layout, moved = self.layout, changes != 0.0
+        rows, changes = rows[moved], changes[moved]
+        high, low = self.memory[rows], self.memory[layout.width + rows]
+        total = high + changes
+        low += (high - (total - (total - high))) + (changes - (total - high))
+        none = np.abs(total) <= np.broadcast_to(nothing, moved.shape)[moved]
+        total[none] = low[none] = 0.0
+        self.memory[rows], self.memory[layout.width + rows] = total, low
+        self.memory[layout.third + rows] = 0.0
 
     def turns(self, event: int, new: Array) -> bool:
         """Whether an action that sets ``new`` values turns the motion back to the side it came from."""

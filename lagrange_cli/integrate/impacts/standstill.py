@@ -49,7 +49,7 @@ class Standstill:
         """How the motion is now."""
         sides, rows = self._sides, self._sides.all_coefficients()
         settling = sides.settling
-        _, sizes = sides.act_on(sides.state(sides.memory))
+        _, sizes = sides.act_now()
         still = tuple(
             abs(values[0]) <= ROUNDING * size and not any(sides.counting(values, rate))
             for values, (size, rate) in zip(rows, sizes)

@@ -111,6 +111,10 @@ class Touching:
 
     def _at_zero(self) -> NDArray[np.bool_]:
         """Where the arguments of contacts' events are 0 but for rounding."""
+        near, found = self._sides.at_present("zeros", lambda: (self.near, self._zeros()))
+        return found if near is self.near else self._zeros()
+
+    def _zeros(self) -> NDArray[np.bool_]:
         sides, own = self._sides, self._events
         found: NDArray[np.bool_] = sides.marks[own] > 0.0
         least = np.fmax(ROUNDING * sides.sizes()[own, 0], self.near[own])

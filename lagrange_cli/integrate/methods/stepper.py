@@ -171,7 +171,8 @@ class Stepper:
                 self.limited = True  # sliding has begun so late that no step is left to take
                 space.samples[:, done : len(wanted)] = space.whole_state[:, None]
                 return Stop.END if last else Stop.SAMPLES, len(wanted)
-            began, used, computed = time.perf_counter(), time.thread_time(), self.evaluations
+            began, computed = time.perf_counter(), self.evaluations
+            used = time.thread_time() if self._helpers is not None else 0.0
             if self._earlier is not None:
                 self._earlier.keep(self.steps)
             if self._first is None:

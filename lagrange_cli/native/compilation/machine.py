@@ -26,9 +26,9 @@ LARGE_RATES = 3_000_000
 LARGEST_IMPROVED = 6_000_000
 """Bytes of ``QUICK`` code above which ``FULL`` code is never made: compiling takes minutes and gigabytes."""
 STACK_PER_BYTE = 4
-"""Bytes of stack for a byte of code. Computing and storing a vector of 64 bytes takes at least 16 of code."""
+"""Bytes of stack for one of instructions: to compute and store a vector of 64 bytes takes at least 16."""
 SMALL = 2**20
-"""Bytes of code that runs on the caller's stack."""
+"""Bytes of instructions that run on the caller's stack: a call with another one starts a thread."""
 COMPILER_STACK = 2**28
 
 
@@ -37,6 +37,11 @@ class LoadedCode(Protocol):
 
     def address(self, function: str) -> int:
         """Where a function is, 0 if there is none of that name."""
+        ...
+
+    @property
+    def instructions(self) -> int:
+        """The bytes of instructions, at most: without tables, where these are known."""
         ...
 
 
@@ -103,7 +108,8 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         if not address:
             return None
         found = ctypes.CFUNCTYPE(result, *arguments)(address)
-        return with_stack(found, STACK_PER_BYTE * len(code)) if len(code) > SMALL else found
+        size = loaded.instructions
+        return with_stack(found, STACK_PER_BYTE * size) if size > SMALL else found
 
     at_samples = (*[pointer] * 4, integer, integer)
     advance = (*[pointer] * 4, real, pointer, integer, pointer, integer, integer, integer, pointer)

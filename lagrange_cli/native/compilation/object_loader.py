@@ -17,7 +17,7 @@ from lagrange_cli.records import dataclass
 
 RELOCATABLE, X86_64 = 1, 62
 PROGRAM, SYMBOLS, RELOCATIONS = 1, 2, 4
-WRITABLE, ALLOCATED = 1, 2
+WRITABLE, ALLOCATED, EXECUTABLE = 1, 2, 4
 UNDEFINED = 0
 FULL_ADDRESS = 1
 UNWINDING = b".eh_frame"
@@ -45,10 +45,12 @@ class ObjectSection(NamedTuple):
 
 @dataclass(frozen=True)
 class Image:
-    """Object code in memory, read-only and executable; ``memory`` keeps it there."""
+    """Object code in memory, read-only and executable; ``memory`` keeps it there. So many bytes are
+    ``instructions``; others are tables."""
 
     memory: mmap.mmap
     addresses: dict[str, int]
+    instructions: int
 
     def address(self, function: str) -> int:
         """Where a function is, 0 if there is none of that name."""
@@ -79,7 +81,8 @@ def _load(code: bytes) -> Image:
         if section.type == RELOCATIONS and section.info in places:
             _relocate(memory, places[section.info], code, section, values)
     _protect(base, len(memory))
-    return Image(memory, functions)
+    instructions = sum(sections[index].size for index in places if sections[index].flags & EXECUTABLE)
+    return Image(memory, functions, instructions)
 
 
 def _sections(code: bytes) -> list[ObjectSection]:

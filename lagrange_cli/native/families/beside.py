@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from lagrange_cli.families.arrays import Array, Total
-from lagrange_cli.native.families.evaluation import Evaluation
+from lagrange_cli.native.families.evaluation import Evaluation, LowParts
 from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span, in_vectors
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer
+from lagrange_cli.native.motions import RATES
+from lagrange_cli.native.state import Clock
+from lagrange_cli.records import replace
 
 
 class BesideJet(SeriesJet):
@@ -26,6 +30,18 @@ class BesideJet(SeriesJet):
         self.work = self.motion.work
         given = self.system.q, self.system.v, *self.motion.carried
         return {one: self.motion.planes[one] for one in given}
+
+    def evaluation(self, k: Index) -> Evaluation:
+        """Flights between impacts become so short that low parts count: until the next impact an argument may
+        be smaller than rounding errors of coordinates."""
+        found, f = super().evaluation(k), self.f
+        accumulate = self.system.impacts is not None and self.order > RATES
+        if not (accumulate and self.vectors.parts == 1 and isinstance(k, int) and k == 0):
+            return found
+        own = self.system.q, self.system.v
+        lower = {one: f.place("%state", self.width + i * self.degrees, "double") for i, one in enumerate(own)}
+        late = f.load("%state", self.setting.layout.at(Clock.TIME_LOW))
+        return replace(found, low=LowParts(lower, f.splat(late, LANES).name, found.where))
 
     def prepared(self) -> Sequence[Total]:
         known = *self.lasting.fixed, *self.motion.carried

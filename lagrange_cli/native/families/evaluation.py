@@ -41,6 +41,19 @@ def room(count: int) -> int:
     return whole_vectors(count, 2)
 
 
+@dataclass(frozen=True)
+class LowParts:
+    """Where the low parts of ``arrays`` of the state are, and that of t, in every lane."""
+
+    arrays: Mapping[Array, Pointer]
+    time: Operands
+    high: Where
+
+    def where(self, array: Array) -> Pointer:
+        """Where those of an array are; what has none is as it is."""
+        return self.arrays[array] if array in self.arrays else self.high(array)
+
+
 @dataclass
 class Evaluation:
     """The function that totals are computed in, where arrays are in it, and the constants of the motion."""
@@ -55,6 +68,8 @@ class Evaluation:
     """What numbers of arrays are divided by."""
     share: Callable[[Evaluation, Loop], bool] = lambda evaluation, loop: False
     """Writes a loop that several threads share, if it is one."""
+    low: LowParts | None = None
+    """The low parts of the state, where they count."""
 
     @property
     def f(self) -> Function:

@@ -80,7 +80,8 @@ class ListSeries(ListWriter, SeriesWriter):
         self.members, self.block, divisor = members, f.count(0), vectors.divisor(self.k, 1)
         with f.loop(0, members.count, LANES) as j:
             known = {**self.evaluation.known, **self.gathered(j)}
-            for value, i in zip(self.values(known, j), members.targets):
+            values = self.carefully(self.values(known, j), known, lambda one: one.gathered(j))
+            for value, i in zip(values, members.targets):
                 self._put(vectors.divided(vectors.number(value), divisor), rows, members.at(i, j))
 
     def _put(self, values: Real, rows: Pointer, places: Pointer) -> None:

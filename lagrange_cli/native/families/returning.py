@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from lagrange_cli.families.arrays import Array
 from lagrange_cli.native.families.constraints.moves import MovesTogether
 from lagrange_cli.native.families.constraints.projection import Projection
-from lagrange_cli.native.families.evaluation import room
+from lagrange_cli.native.families.evaluation import LowParts, room
 from lagrange_cli.native.families.joints.closed import ClosedJet
 from lagrange_cli.native.families.joints.closed_projection import ClosedProjection, Residuals
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.projection import HEAD
+from lagrange_cli.records import replace
 
 
 class Returning(AtRest):
@@ -29,19 +28,20 @@ class Returning(AtRest):
         vectors = self.kind(f)
         base = self.scratch(vectors)
         q, v = f.pointer("%state"), f.place("%state", self.degrees, "double")
-        arrays: dict[Array, Pointer] = {
-            array: vectors.in_state(place, layout.width)
-            for array, place in ((self.system.q, q), (self.system.v, v))
-        }
+        state = {self.system.q: q, self.system.v: v}
+        arrays = {array: vectors.in_state(place, layout.width) for array, place in state.items()}
         for array in self.moves.arrays:
             arrays[array] = vectors.place(base, self.size)
             self.size += room(array.count)
         if isinstance(self.moves, MovesTogether):
             arrays[self.moves.multipliers] = vectors.place(arrays[self.moves.moved], self.degrees)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
+        lower = {array: f.place(place, layout.width, "double") for array, place in state.items()}
+        parts = LowParts(lower, f.splat(low, LANES).name, evaluation.where)
         written = Projection(
-            self.moves, self.evaluation(vectors, arrays, vectors.at(time, low)), layout, self.tabled,
-            self.factors, vectors.place(base, self.size), f.splat(low, LANES).name,
+            self.moves, replace(evaluation, low=parts), layout, self.tabled, self.factors,
+            vectors.place(base, self.size),
         )  # fmt: skip
         self.size += room(self.tabled.size)
         return written.text()

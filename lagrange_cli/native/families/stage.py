@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.native.families.careful import careful_values
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.series import INVERSE, SLOPE, LoopSeries, begin_sums
@@ -13,7 +14,7 @@ from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.llvm.vector import Index, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import Loaded, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.stage import Factors, Stage
@@ -45,6 +46,29 @@ class SeriesWriter(Writer):
         if self.begins:
             assert isinstance(self.k, Integer)
             begin_sums(self.f, self.series, self.k, self.at, self.block, self.listed_at(blocks[1:], r))
+
+    def of_eight(
+        self, known: dict[Node, Operands], bases: Sequence[Integer], j: Integer, inside: Bit
+    ) -> list[Operands]:
+        values = self.values(known, j)
+        return self.carefully(values, known, lambda one: {**one.fixed(bases), **one.changing(bases, j)})
+
+    def carefully(
+        self,
+        values: list[Operands],
+        known: dict[Node, Operands],
+        numbers: Callable[[Any], Mapping[Node, Operands]],
+    ) -> list[Operands]:
+        """The ``values`` of terms; from all digits of the state where these count, and are known: functions
+        have slopes that may be infinite."""
+        low, slots, kind = self.evaluation.low, self.series.slots, self.evaluation.emitter
+        if low is not None:
+            nodes = {i: term.node for i, (term, _) in enumerate(self.loop.terms)}
+            own = {i: one for i, one in nodes.items() if slots.moving(one, {*low.arrays})}
+            for i, value in zip(own, careful_values(self, [*own.values()], known, numbers)):
+                finite = kind.compare("oeq", kind.sub(value, value), None)
+                values[i] = kind.select(finite, value, values[i])
+        return values
 
     def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
         return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase).values()

@@ -14,6 +14,7 @@ from lagrange_cli.integrate.family_program import write_families
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.compilation import machine
+from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -50,6 +51,23 @@ def test_a_call_gets_the_stack_that_it_is_given():
 def test_what_a_call_raises_is_raised():
     with pytest.raises(ZeroDivisionError):
         with_stack(lambda: 1 // 0, 2**20)()
+
+
+def test_tables_need_no_stack():
+    """A call with a stack of its own starts a thread: code of families is short, however long its tables."""
+    count = 2**18
+    numbers = ", ".join(f"i32 {i}" for i in range(count))
+    text = f"""
+@table = internal constant [{count} x i32] [{numbers}]
+define i32 @entry(i64 %i) {{
+  %place = getelementptr i32, ptr @table, i64 %i
+  %value = load i32, ptr %place
+  ret i32 %value
+}}
+"""
+    code = compile_text(text, 0)
+    assert len(code) > machine.SMALL
+    assert 0 < machine.load(code).instructions < 1000
 
 
 @pytest.mark.exhaustive(keep=0)

@@ -26,13 +26,19 @@ if TYPE_CHECKING:
 
 class DenseTables:
     """Where the arrays of ``count`` unknowns are behind a beginning: x, 1/D, the first entries of the
-    diagonal, and the rows of the matrix, each of this ``width``."""
+    diagonal, whether rows have others than on it, and the rows of the matrix, each of this ``width``."""
 
     def __init__(self, count: int, tables: Tables) -> None:
         self.count, self.tables = count, tables
         self.width = width = whole_vectors(count)
-        self.places = {"unknowns": 0, "inverse": width, "diagonal": 2 * width, "matrix": 3 * width}
-        self.size = 3 * width + count * width
+        self.places = {
+            "unknowns": 0,
+            "inverse": width,
+            "diagonal": 2 * width,
+            "filled": 3 * width,
+            "matrix": 4 * width,
+        }
+        self.size = 4 * width + count * width
         """The doubles of all arrays."""
 
     def placed(self, pairs: Places, sizes: Places | None = None) -> Mapping[str, Places]:
@@ -59,6 +65,14 @@ class Dense:
         """A place in one of the arrays."""
         place = self.vectors.place
         return place(place(self.base, self.first + self.tabled.places[name]), at)
+
+    @property
+    def _filled(self) -> Pointer:
+        """Where doubles tell which rows have entries besides the one on the diagonal."""
+        return self.f.place(self.place("filled"), 0, "double")
+
+    def _is_filled(self, k: Integer) -> Bit:
+        return self.f.load(self._filled, k) > 0.0
 
     def row(self, k: Integer) -> Pointer:
         """A row of the matrix."""
@@ -113,10 +127,15 @@ class Dense:
             vectors.store(vectors.lane(vectors.number(inverse), 0), self.place("inverse"), k)
             with f.loop(begin, k + 1, tested=False) as j:
                 vectors.store(vectors.constant(0.0), row, j)
+            filled = f.variable(f.constant(0.0))
             with f.loop(k + 1, count) as i:
-                factor = kind.mul(self.everywhere(vectors.load(row, i)), inverse)
-                self.take(factor, row, self.row(i), i)
-            self.scale(row, begin, inverse)
+                entry = vectors.load(row, i)
+                with f.when(~vectors.high(entry).equals(0.0)):  # most are 0 where contacts do not touch
+                    self.take(kind.mul(self.everywhere(entry), inverse), row, self.row(i), i)
+                    filled.set(f.constant(1.0))
+            with f.when(filled.get() > 0.0):
+                self.scale(row, begin, inverse)
+            f.store(filled.get(), self._filled, k)
 
     def solve(self, right: Pointer) -> None:
         """The unknowns with K x = what is at ``right``, with a 0 behind it."""
@@ -125,16 +144,17 @@ class Dense:
         table = self.tables.of_places([*range(count), *[count] * (width - count)])
         with f.loop(0, width, LANES, tested=False) as at:
             vectors.store_row(vectors.gather(right, places_at(f, at + table)), unknowns, at)
-        with f.loop(0, count, tested=False) as k:
+        with f.loop(0, count, tested=False) as k, f.when(self._is_filled(k)):
             self.take(self.everywhere(vectors.load(unknowns, k)), self.row(k), unknowns, k)
         self.scale(unknowns, 0, self.place("inverse"))
         with f.loop(0, count, tested=False) as done:
             k = f.count(count - 1) - done
-            row, total = self.row(k), vectors.variable(vectors.zero(LANES))
-            with f.loop(block_of(k), width, LANES, tested=False) as j:
-                less = kind.fms(self.load(row, j), self.load(unknowns, j), vectors.operand(total.get()))
-                total.set(vectors.number(less))
-            vectors.store(vectors.total(total.get(), vectors.load(unknowns, k)), unknowns, k)
+            with f.when(self._is_filled(k)):
+                row, total = self.row(k), vectors.variable(vectors.zero(LANES))
+                with f.loop(block_of(k), width, LANES, tested=False) as j:
+                    less = kind.fms(self.load(row, j), self.load(unknowns, j), vectors.operand(total.get()))
+                    total.set(vectors.number(less))
+                vectors.store(vectors.total(total.get(), vectors.load(unknowns, k)), unknowns, k)
 
     @property
     def solution(self) -> int:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Term
+from lagrange_cli.native.families.careful import careful_values
 from lagrange_cli.native.families.constraints.coupled_masses import MassFactors
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
@@ -17,23 +18,10 @@ from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
-from lagrange_cli.native.numbers.kind import NumberKind, V
-from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.compensated import Compensated, Sum
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, places_of
-from lagrange_cli.records import dataclass, replace
-
-
-class ExactConstants(Everywhere):
-    """Constants of the motion as numbers of which nothing is lost."""
-
-    def value(self, kind: NumberKind[V], node: Node) -> V | None:
-        if node.kind is Kind.NUMBER:
-            return kind.number(node.data)
-        assert isinstance(kind, Compensated) and isinstance(kind.emitter, LaneEmitter)
-        return cast("V", (kind.emitter.everywhere("%constants", "0", self.slot(node)), None))
+from lagrange_cli.records import dataclass
 
 
 class Residuals(Writer):
@@ -54,14 +42,12 @@ class Residuals(Writer):
         f, vectors, evaluation, kind = self.f, self.vectors, self.evaluation, self.evaluation.emitter
         system, constants = self.writing.moves.system, Everywhere(evaluation.tables.constants.slots)
         nodes = [term.node for term, _ in self.terms][: 2 + len(self.bound.rows)]
-        doubles = vectors.parts == 1
-        found = (self.carefully if doubles else self.plainly)(nodes[:2], known, bases, j)
+        found = (self.carefully if vectors.parts == 1 else self.plainly)(nodes[:2], known, bases, j)
         slopes = nodes[2:]
         emit_values(kind, slopes, known, constants)
         slots = self.writing.moves.slots
         offs, sizes = list[Operands](), list[Operands]()
-        for value, array in zip(found, (system.q, system.v)):
-            off = kind.add(*value) if doubles and value is not None else value
+        for off, array in zip(found, (system.q, system.v)):
             total: Any = None
             judged = self.bound.holonomic or array is system.v
             for slope, rows in zip(slopes, self.bound.rows) if judged else ():
@@ -89,27 +75,14 @@ class Residuals(Writer):
     def carefully(
         self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
     ) -> list[Operands]:
-        """The same from doubles and their low parts, as sums of two."""
-        evaluation, emitter = self.evaluation, self.evaluation.emitter
-        careful, system = Compensated(emitter), self.writing.moves.system
-        whole: dict[Node, Sum | None] = {
-            symbol: (value, None) for symbol, value in known.items() if symbol.kind is Kind.SYMBOL
-        }
-        lower = Writer(replace(evaluation, where=self.writing.low), self.loop)
-        lower.first = self.first
-        rest = {**lower.fixed(bases), **lower.changing(bases, j)}
-        for symbol, slot in self.used.items():
-            if slot.array in (system.q, system.v):
-                whole[symbol] = known[symbol], rest[symbol]
-        whole[system.time] = known[system.time], self.writing.low_time
-        emit_values(careful, nodes, whole, ExactConstants(evaluation.tables.constants.slots))
-        return [whole[node] for node in nodes]
+        """The same from doubles and their low parts."""
+        return careful_values(self, nodes, known, lambda one: {**one.fixed(bases), **one.changing(bases, j)})
 
 
 @dataclass(frozen=True)
 class Projection:
     """Writes ``@project(constants, state)``, in the function of the ``evaluation``. There is room at
-    ``scratch``; of t there is ``low_time`` besides."""
+    ``scratch``."""
 
     moves: Moves | MovesTogether
     evaluation: Evaluation
@@ -117,14 +90,6 @@ class Projection:
     tabled: SolvingTables
     factors: MassFactors | None
     scratch: Pointer
-    low_time: str
-
-    def low(self, array: Array) -> Pointer:
-        """Where the low parts of an array are; those of what has none are not read."""
-        system, f = self.moves.system, self.evaluation.f
-        if array in (system.q, system.v):
-            return f.place(self.evaluation.where(array), self.layout.width, "double")
-        return self.evaluation.where(array)
 
     def text(self) -> str:
         """The function's text."""
