@@ -88,8 +88,7 @@ class Accelerations:
             masses = here.of(system.masses)
             return lambda right: right / masses[:, None]
         joints = JointMasses(system.joints, system.slots.graph, here, system.q.count, 1.0)
-        solver, relative = joints.solver(range(system.q.count)), system.joints.relative
-        return solver if relative is None or solver is None else relative.divided(solver, here)
+        return joints.solver(range(system.q.count))
 
     def speeds(self, bonds: Bonds, t: float, q: Values, v: Values) -> Values:
         """What constraints say of the velocities: A v + b."""
@@ -102,19 +101,18 @@ class Accelerations:
         """A, or None where it has too many numbers."""
         system = self.system
         made = np.zeros((bonds.count, system.q.count))
-        nodes, axes = 0, 0
-        if system.joints is not None and any(one.holds for one in bonds.bounds):
-            nodes, axes = system.joints.count, len(system.joints.nodes)
-        if bonds.count * (system.q.count + nodes * axes) > MOST:
+        held = system.joints if any(one.holds for one in bonds.bounds) else None
+        sizes = [one.count for one in held.places] if held else []
+        if bonds.count * (system.q.count + sum(sizes)) > MOST:
             return None
-        pushes = np.zeros((nodes, axes, bonds.count))
+        pushes = [np.zeros((size, bonds.count)) for size in sizes]
         for one in bonds.bounds:
             for rows, slope in zip(one.rows, one.slopes):
                 np.add.at(made, (one.numbers, rows), np.broadcast_to(here.node(slope), one.domain.count))
             for hold in one.holds:
                 pull = np.broadcast_to(here.node(hold.slope), one.domain.count)
-                np.add.at(pushes[:, hold.component], (hold.places, one.numbers), pull)
-        if nodes and system.joints is not None:
-            joints = JointMasses(system.joints, system.slots.graph, here, system.q.count, 1.0)
+                np.add.at(pushes[hold.component], (hold.places, one.numbers), pull)
+        if held is not None:
+            joints = JointMasses(held, system.slots.graph, here, system.q.count, 1.0)
             made += joints.felt(pushes).T
         return made

@@ -36,8 +36,9 @@ MOST = 64
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """Nodes of chains that constraints contain: a ``component`` of those at these ``places``, its ``symbol``
-    in the constraints, or that of its velocity, and the derivative by it."""
+    """Nodes of chains that constraints contain, or sums of coordinates: a ``component`` of those at these
+    ``places`` (a number of ``Articulation.places``), its ``symbol`` in the constraints, or that of its
+    velocity, and the derivative by it."""
 
     component: int
     places: Places
@@ -215,10 +216,10 @@ def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None
 
 def responses_of(found: Sequence[Bound], count: int, coordinates: int, joints: Articulation) -> Responses:
     """Which of so many constraints on ``coordinates`` are coupled on chains and trees."""
-    nodes, moved = trees_of(joints, coordinates)
+    placed, moved = trees_of(joints, coordinates)
     touched = [(one.numbers, moved[rows]) for one in found for rows in one.rows]
-    touched += [(one.numbers, nodes[hold.places]) for one in found for hold in one.holds]
-    forest = 1 + max(int(one.max(initial=NONE)) for one in (nodes, moved))
+    touched += [(one.numbers, placed[hold.component][hold.places]) for one in found for hold in one.holds]
+    forest = 1 + max(int(one.max(initial=NONE)) for one in (*placed, moved))
     return responses(touched, count, forest, DENSE)
 
 
@@ -232,7 +233,7 @@ def bounds_of(
 ) -> Iterator[Bound]:
     """Constraints that are alike, and those terms of them that are sums."""
     graph, slots = builder.graph, builder.slots
-    chains = () if joints is None else (*joints.nodes, *joints.rates)
+    chains = () if joints is None else (*joints.places, *joints.speeds)
     inside = [(s, slot) for s, slot in slots.inside(value) if slot.array not in chains]
     sums = [(s, slot) for s, slot in inside if isinstance(slot.array, Total) and moves(builder, slot.array)]
     for s, slot in sums:
@@ -265,8 +266,8 @@ def bound_of(
 ) -> Bound:
     """Constraints, or terms of them, without sums."""
     graph, slots = builder.graph, builder.slots
-    nodes = joints.nodes if joints else ()
-    rates = joints.rates if joints else ()
+    nodes = joints.places if joints else ()
+    rates = joints.speeds if joints else ()
     own, chains = (builder.q, nodes) if holonomic else (builder.v, rates)
     inside = [(s, slot) for s, slot in slots.inside(node) if slot.array is own]
     holds = tuple(

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.arrays import NONE, Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.joints.joints import Articulation
-from lagrange_cli.families.joints.masses import JointMasses, along
+from lagrange_cli.families.joints.masses import JointMasses
 from lagrange_cli.families.joints.responses import trees_of
+from lagrange_cli.families.joints.sums import along
 from lagrange_cli.families.values import Doubles, FamilyValues
 from lagrange_cli.model.start.equations import Equations, Masses, Matter
 from lagrange_cli.model.start.generic import FAINT
@@ -185,7 +186,7 @@ class JointedState(State):
     @cached_property
     def masses(self) -> Matter:
         joints = self.joints
-        return joints if joints.nodes else Masses(joints.blocks(), self.extent)
+        return joints if joints.nodes or joints.sums else Masses(joints.blocks(), self.extent)
 
     @cached_property
     def inertia(self) -> Values:
@@ -194,18 +195,20 @@ class JointedState(State):
 
     @cached_property
     def rows(self) -> list[dict[int, Any]]:
-        if not self.joints.nodes:
+        assert self.system.joints is not None
+        places = self.system.joints.places
+        if not places:
             return super().rows
         bonds, kind, count = self.system.bonds, self.kind, self.system.builder.q.count
         colors, owners = self.system.colors, self.system.owners
         with np.errstate(all="ignore"):
-            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), owners.shape[1])
+            pushes = [kind.zeros(one.count, owners.shape[1]) for one in places]
             direct = kind.zeros(count, owners.shape[1])
             for one, slopes in zip(bonds.bounds, self.slopes):
                 color = colors[one.numbers]
                 for hold in one.holds:
                     values = self.numbers.node(hold.slope)
-                    np.add.at(pushes[:, hold.component], (hold.places, color), values)
+                    np.add.at(pushes[hold.component], (hold.places, color), values)
                 for rows, values in zip(one.rows, slopes):
                     np.add.at(direct, (rows, color), values)
             columns = direct + self.joints.felt(pushes)
@@ -222,18 +225,22 @@ def contained(whole: Whole) -> NDArray[np.bool_]:
     bonds, joints, graph, count = whole.bonds, whole.joints, whole.builder.graph, whole.builder.q.count
     assert joints is not None
     colors, many = whole.colors, whole.owners.shape[1]
-    pushes = np.zeros((joints.count, len(joints.nodes), many))
-    found = np.zeros((count, many), dtype=bool)
+    pushes = [np.zeros((one.count, many)) for one in joints.places]
+    direct, found = np.zeros((2, count, many), dtype=bool)
     for one in bonds.bounds:
         for hold in one.holds:
-            pushes[hold.places, hold.component, colors[one.numbers]] = 1.0
+            pushes[hold.component][hold.places, colors[one.numbers]] = 1.0
         for rows in one.rows:
-            found[rows, colors[one.numbers]] = True
-    if joints.nodes:
-        along(joints.nodes[0].tree, pushes, back=True)
+            direct[rows, colors[one.numbers]] = True
+    for chain, push in zip(joints.nodes, pushes):
+        along(chain.tree, push, back=True)
     for kind in joints.joints:
         for axis, move in enumerate(kind.moves):
             for symbol, rows in zip(kind.coordinates, kind.rows):
                 if kind.nodes is not None and not graph.diff(move, symbol).is_zero:
-                    found[rows] |= pushes[kind.nodes, axis] > 0
-    return found
+                    found[rows] |= pushes[axis][kind.nodes] > 0
+    if joints.relative is not None:
+        for push, ends in zip(pushes[len(joints.nodes) :], joints.relative.chains.values()):
+            np.logical_or.at(found, ends[ends != NONE], push[ends != NONE] > 0)
+        found = joints.relative.behind(found)
+    return found | direct

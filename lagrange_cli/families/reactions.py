@@ -53,7 +53,7 @@ class InSpace(ChainBuilder):
         self.faster = {system.q: system.v, system.v: system.accelerations}
         self._declare(system.spec)
         if system.joints is not None:
-            self._rates |= zip(system.joints.nodes, system.joints.rates)
+            self._rates |= system.joints.followed
         for name, speeds in system.speeds.items():
             self._rates |= zip(system.positions[name], speeds)
         self.places: dict[Axis, Total] = {

@@ -36,7 +36,7 @@ INCOMPLETE = (
 )
 """What members are written out for, and how to do without."""
 RELATIVE = (
-    "constraints or impacts that reduce the speed, on links whose angles are sums of coordinates",
+    "impacts that reduce the speed, or actions and constraints, on links whose angles are sums",
     "make these angles the coordinates, and write the others as their differences",
 )
 
@@ -100,13 +100,13 @@ def eigenvalues(masses: CoupledMasses, entries: Values) -> Values:
 
 def refuse_holding(system: FamilySystem) -> None:
     """Raise ``Unsuited`` where something may hold coordinates, and M is not diagonal, or that of joints whose
-    coordinates are sums of these; or where constraints are on such joints."""
+    coordinates are sums of these."""
     relative = system.joints is not None and system.joints.relative is not None
     if system.coupled_masses is None and not relative:
         return
     modes = None if system.smooth is None else system.smooth.modes
     if relative:
-        if system.bonds is not None or (modes is not None and modes.sticking is not None):
+        if modes is not None and modes.sticking is not None:
             raise Unsuited(*RELATIVE)
         return
     holding = modes is not None and (modes.limits is not None or modes.sticking is not None)

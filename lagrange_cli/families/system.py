@@ -29,6 +29,7 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
+from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
 from lagrange_cli.families.saddle_points import SaddlePoint
@@ -71,7 +72,7 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
     who goes through its members finds what. Numbers are those of an ``algebra``."""
     found = any_family_system(spec, algebra)
-    if found is None or (spec.nonholonomic and found.joints and found.q.count < FEWEST_NONHOLONOMIC):
+    if found is None or (spec.nonholonomic and found.joints and found.q.count < fewest_bound(found.joints)):
         return None
     if found.joints and found.joints.count:
         return found
@@ -85,6 +86,12 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
         watched = sum(one.domain.count for one in found.events.arguments.terms) if found.events else 0
         few = found.terms + watched < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
     return None if few or mostly_single(found) else found
+
+
+def fewest_bound(joints: Articulation) -> int:
+    """Coordinates below which members are written out where constraints on velocities are on joints. Where
+    these are sums of coordinates, M couples all of them, which takes long to compile."""
+    return FEWEST_NONHOLONOMIC if joints.relative is None else FEWEST_JOINTED
 
 
 def mostly_single(system: FamilySystem) -> bool:

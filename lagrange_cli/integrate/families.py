@@ -276,7 +276,7 @@ def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) ->
     system do not where something softens them (``mechanics.defect``)."""
     smooth = system.smooth or system
     nodes = [*system.bonds.nodes] if system.bonds else []
-    moved = system.joints.nodes if system.joints else ()
+    moved = system.joints.places if system.joints else ()
     bounded, tame = dict[Node, Domain](), frozenset[Node]()
     if method == MANY_BODIES:
         bounded, tame = slow(smooth, needed([smooth.forces], smooth.slots))

@@ -38,7 +38,7 @@ def pulls_of_bonds(system: FamilySystem) -> Iterator[Term]:
     bonds, slots = system.bonds, system.slots
     assert bonds is not None
     yield from bonds.pulls_on_coordinates(slots)
-    pushes: list[list[Term]] = [[] for _ in (system.joints.nodes if system.joints else ())]
+    pushes: list[list[Term]] = [[] for _ in (system.joints.places if system.joints else ())]
     for one in bonds.bounds:
         for hold in one.holds:
             push = hold.slope * bonds.multipliers_of(slots, one)

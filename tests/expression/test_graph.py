@@ -128,6 +128,7 @@ def test_broken_powers_that_make_a_whole_one_are_taken_apart(base: str) -> None:
 @pytest.mark.exhaustive(keep=2)
 @examples(25)
 @example("x*asin(2)**0")  # nan, which is not equal to itself
+@example("sin((-1)**0.5)**2 + cos((-1)**0.5)**2")  # nan on the way to 1
 @given(texts(NAMES))
 def test_equal_expressions_are_one_node(text: str) -> None:
     algebra = GraphAlgebra()
@@ -135,7 +136,8 @@ def test_equal_expressions_are_one_node(text: str) -> None:
         node = node_of(text, algebra)
     except ExpressionError:
         assume(False)
-    assume("inf" not in repr(node) and "nan" not in repr(node))
+    passed = repr(algebra.graph.nodes)
+    assume("inf" not in passed and "nan" not in passed)
     before = len(algebra.graph.nodes)
     assert node_of(text, algebra) is node
     assert len(algebra.graph.nodes) == before

@@ -65,6 +65,7 @@ def test_accelerations_are_those_of_the_compiled_code(make, seed: int) -> None:
     assert found is not None and np.allclose(found, expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.exhaustive(keep=12)
 @pytest.mark.parametrize("count", [3, 40])
 @pytest.mark.parametrize(("potential", "constraints", "where", "expected"), SURFACES)
 def test_surfaces_that_motions_keep_to_are_found(

@@ -86,6 +86,7 @@ def test_ledgers_have_the_work_of_belts(case: str, method: str, monkeypatch: pyt
     ledgers_close(on_belt(case), monkeypatch, method)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_ledgers_have_the_work_of_belts_along_one_velocity(
     method: str, monkeypatch: pytest.MonkeyPatch
@@ -137,6 +138,7 @@ def test_random_bodies_on_belts(data: st.DataObject) -> None:
         move_alike(text, monkeypatch, slack=400)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_blocks_stick_to_a_belt_until_it_is_too_fast(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A belt with the velocity t^2/2 takes 400 blocks along while their m t is less than friction. They slide
@@ -152,6 +154,7 @@ def test_blocks_stick_to_a_belt_until_it_is_too_fast(method: str, monkeypatch: p
     assert np.allclose(found, expected, rtol=0.0, atol=1e-9 if method == "DOP853" else 1e-14)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_pucks_come_to_rest_on_a_belt(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Relative to it they slide along straight lines, v^2/(2a) far; then they have its velocity to the last

@@ -44,6 +44,7 @@ CASES = {
 }
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", CASES)
 def test_motions_are_those_of_the_members(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In loops, unless what carries the others does not stand apart in a sum."""

@@ -261,6 +261,7 @@ observables: {tip: "bob[N - 1].vx"}
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_a_tree_in_space_moves_as_its_members_do(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fewest(monkeypatch, 0)

@@ -74,6 +74,7 @@ TIES = {
 CHAINS = {"a chain": CHAIN, "a tree": TREE, "a chain in space": SPACE, "a chain on a cart": CART}
 
 
+@pytest.mark.exhaustive(keep=9)
 @pytest.mark.parametrize("count", [3, 8, 9])
 @pytest.mark.parametrize("case", TIES)
 def test_the_matrix_of_impulses_is_that_of_the_energy(

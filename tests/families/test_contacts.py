@@ -225,6 +225,7 @@ def discs(count: int, restitution: str, square: str, potential: str = "0") -> st
 DISTANCE = "((x[i] - x[j])**2 + (y[i] - y[j])**2)"
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("restitution", "square"), [("0.9", DISTANCE), ("0.5", "(4*R**2)")])
 def test_discs_collide_inelastically_as_they_do_one_by_one(
     restitution: str, square: str, monkeypatch: pytest.MonkeyPatch

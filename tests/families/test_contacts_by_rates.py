@@ -41,6 +41,7 @@ def test_members_rest_by_themselves(
     compare(text, 3.1, method, monkeypatch)
 
 
+@pytest.mark.exhaustive(keep=2)
 @BY_RATES
 @pytest.mark.parametrize(("e", "count"), [("0.3847 + 0.1126*cos(0.786*i)", 5), ("0.4 + 0.1*cos(i)", 8)])
 def test_what_bounces_stays_above_the_floor(

@@ -62,7 +62,7 @@ def drawn(chance: random.Random) -> str:
     return f"{text}\nevents:\n  {action}\n"
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", range(40))
 def test_motions_are_those_of_the_members(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

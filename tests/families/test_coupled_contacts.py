@@ -90,6 +90,7 @@ def test_contacts_hold_as_written_out(
             assert np.max(np.abs(found[path] - expected[path])) <= SAMPLES, path
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("count", "e"), [(16, 0), (10, 0.4)])
 def test_a_chain_of_rods_comes_to_rest_on_a_floor(
     count: int, e: float, monkeypatch: pytest.MonkeyPatch

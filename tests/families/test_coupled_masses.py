@@ -74,7 +74,7 @@ def coupled(text: str) -> CoupledMasses:
     return system.coupled_masses
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", range(40))
 def test_motions_are_those_of_the_members(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
@@ -91,6 +91,7 @@ def test_motions_are_those_of_the_members(
     alike(found.data, expected.data, 2.0**-43, text)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("kind", ["neighbours", "all", "of either sign"])
 def test_motions_in_double_double(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With sparse factors and with dense ones, and with pivots of either sign."""

@@ -263,6 +263,7 @@ def test_steps_on_rates_return_to_the_constraints(
     assert np.allclose(motion["q/x"] ** 2 + motion["q/y"] ** 2, 1.0, rtol=0.0, atol=off)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("when", ["x[i] - 0.2*(-1)**i", "x[i] - 0.2*(-1.5)**i", "x[i]**(i + 1) - 0.05"])
 def test_powers_of_negative_numbers_by_indices(when: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """They have no slope by their exponents: rounding errors were no numbers, and events at the start."""

@@ -83,6 +83,7 @@ def test_friction_in_steps_on_rates(
     compare(blocks(count, CASES[case]), monkeypatch, stop=3.9, method=method)
 
 
+@pytest.mark.exhaustive(keep=1)
 @BY_RATES
 def test_what_is_let_go_from_rest_does_not_stop_again(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Springs that are drawn let one block after the other go, whose velocity rises from 0 as t^2."""
@@ -116,6 +117,7 @@ def test_ledgers_have_the_forces_that_hold_blocks(
     compare(blocks(3, CASES[case], speed=speed), monkeypatch, LEDGERS, stop=3.0, method=method)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_ledgers_where_the_force_that_holds_a_block_cancels_all_others(method: str) -> None:
     """Written out, the sum of forces is nothing but rounding while the block sticks: until t = F/V, and again
@@ -128,6 +130,7 @@ def test_ledgers_where_the_force_that_holds_a_block_cancels_all_others(method: s
         assert np.all(np.abs(motion[path]) <= 1e-14)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_a_block_that_a_spring_pulls_sticks_and_slips(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi, where the
@@ -178,6 +181,7 @@ def test_swings_about_a_place_with_friction(monkeypatch: pytest.MonkeyPatch) -> 
         assert np.allclose(motion["q/x"][:, i], expected, rtol=0.0, atol=1e-13)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("push", [-1.3, -0.7, 0.7, 1.3, 4.7, 5.3])
 def test_what_a_wall_and_friction_hold_together(push: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wall that pushes by 4 beyond x = 1 holds a block there up to 4 + F in one direction, and F in the

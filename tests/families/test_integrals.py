@@ -153,6 +153,7 @@ potential: sum((x[i + 1] - x[i])**2/2 + (x[i + 1] - x[i])**4/4 for i in range(N 
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 def test_balances_of_a_chain_at_rest_that_is_pushed_at_its_end(

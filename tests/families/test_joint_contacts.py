@@ -122,6 +122,7 @@ def test_joints_rest_as_written_out(case: str, count: int, e: float, monkeypatch
         assert np.max(np.abs(found[path] - expected[path])) <= CLOSE * size, path
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @examples(3)
 @given(st.integers(2, 9), st.floats(0.0, 0.9), st.integers(0, 99))
 def test_random_stops_of_random_chains(count: int, e: float, seed: int) -> None:
@@ -138,6 +139,7 @@ def test_random_stops_of_random_chains(count: int, e: float, seed: int) -> None:
         assert np.max(np.abs(found[path] - expected[path])) <= CLOSE * size, path
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("case", "e", "stop"), IN_DOUBLE_DOUBLE)
 def test_joints_rest_in_double_double(
     case: str, e: float, stop: float, monkeypatch: pytest.MonkeyPatch

@@ -76,6 +76,7 @@ class Draw:
 DRAWS = pytest.mark.parametrize("draw", [Draw(count, count) for count in (1, 2, 3, 8, 9)], ids=repr)
 
 
+@pytest.mark.exhaustive(keep=1)
 @DRAWS
 def test_trains_with_play_and_dry_friction(draw: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(draw.text(TRAIN), monkeypatch)
@@ -88,6 +89,7 @@ def test_trains_in_steps_on_rates(draw: Draw, method: str, monkeypatch: pytest.M
     compare(draw.text(TRAIN), monkeypatch, method=method)
 
 
+@pytest.mark.exhaustive(keep=1)
 @DRAWS
 def test_cars_that_follow_one_another(draw: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
     """The root of parameters in a side is a number (Treiber, Hennecke and Helbing 2000, eq. 3)."""
@@ -98,7 +100,7 @@ def test_ledgers_of_trains(monkeypatch: pytest.MonkeyPatch) -> None:
     compare(Draw(3, 7).text(TRAIN), monkeypatch, LEDGERS)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("count", [2, 3])
 def test_polymers_whose_repulsion_is_cut_off_at_a_rounded_number(
     count: int, monkeypatch: pytest.MonkeyPatch

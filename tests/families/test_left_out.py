@@ -68,12 +68,14 @@ def test_members_are_written_out_where_they_fit(monkeypatch: pytest.MonkeyPatch)
     assert any("ledger" in one.path for one in recording.datasets)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("outputs", [("ledger",), ("all", "ledger")])
 def test_what_is_named_is_refused(outputs: tuple[str, ...]) -> None:
     with pytest.raises(TooLargeSystem, match=r"members are written out for --outputs (action,)?ledger"):
         prepare_run(*asked(*outputs), cached=False)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_it_is_told(tmp_path: Path) -> None:
     """In the notes of a motion, as a warning, in the attributes of its file, and by check."""
     (tmp_path / "tops.yaml").write_text(SYSTEM, encoding="utf-8")

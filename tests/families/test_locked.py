@@ -150,6 +150,7 @@ def test_links_that_friction_holds_do_not_turn(monkeypatch: pytest.MonkeyPatch) 
     assert np.all(np.abs(h - h[0]) <= 1e-13 * abs(h[0]))
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("limit", [0.999, 1.001])
 def test_a_joint_holds_what_hangs_from_it_up_to_its_limit(
     limit: float, monkeypatch: pytest.MonkeyPatch

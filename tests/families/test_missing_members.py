@@ -101,7 +101,7 @@ def in_loops(monkeypatch: pytest.MonkeyPatch, yes: bool) -> None:
         monkeypatch.setattr(systems, name, 0 if yes else 10**9)
 
 
-@pytest.mark.exhaustive(keep=2, most=12)
+@pytest.mark.exhaustive(keep=1, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_families_without_some_members_are_written_as_their_members_are(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

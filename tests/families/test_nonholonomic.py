@@ -334,6 +334,7 @@ def test_a_long_train_in_angles_is_to_be_written_in_places(monkeypatch: pytest.M
     assert found.place == spec.nonholonomic["knife[0]"].place
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("form", ["centres", "points"])
 def test_code_and_work_grow_as_they_should(form: str) -> None:
     """The code does not grow with the members, and the arrays grow with their number."""

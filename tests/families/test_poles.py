@@ -52,6 +52,7 @@ def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(systems, "FEWEST", 0)
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("k", "n", "wall"), [(1, 12, 0.0), (1e-19, 12, 0.0), (1e-30, 4, 0.0), (1e-5, 24, 0.5), (1e-12, 3, -1.0)]
 )

@@ -120,6 +120,7 @@ def test_norms_are_found_at_once_and_constraints_between_neighbours_in_few_color
         assert system.bonds.responses.colors.max() < colors
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("text", "reach"),
     [

@@ -118,6 +118,7 @@ def test_a_stack_that_has_come_to_rest_takes_no_short_steps(monkeypatch: pytest.
     assert np.array_equal(speeds[-2], speeds[-1])
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_members_that_come_to_stick_move_as_one(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """From t = 0.93 on. Before, what is behind the digits of their velocities has nothing in common. (Steps
@@ -131,6 +132,7 @@ def test_members_that_come_to_stick_move_as_one(method: str, monkeypatch: pytest
     assert motion.outcome.steps <= 30
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_members_that_stick_move_as_one(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal velocities stay so to the last bit, however unlike masses and forces are. A light block that a
@@ -147,6 +149,7 @@ def test_members_that_stick_move_as_one(method: str, monkeypatch: pytest.MonkeyP
     assert np.allclose(speeds[:, 0], expected, rtol=1e-15 if method != "DOP853" else 1e-11, atol=1e-15)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_blocks_on_a_board_that_is_stopped(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A board with speed V takes blocks along: these slide until they have its speed. With the mass M of the
@@ -171,6 +174,7 @@ dissipation: sum(F*abs(x_dot[i] - x_dot[0]) for i in range(1, N + 1))
     assert np.all(np.abs(motion["diagnostics/ledger/h"]) <= 1e-14)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("count", [2, 9])
 def test_a_chain_that_is_pulled_sticks_until_the_pull_exceeds_its_limit(
     count: int, monkeypatch: pytest.MonkeyPatch

@@ -112,6 +112,7 @@ def test_hinges_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> 
     compare_long(written(case, 3), monkeypatch, stop=0.6, most=2.0**-88)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("limit", [1.0 - 1e-9, 1.0 + 1e-9])
 def test_a_chain_that_sticks_is_one_body_until_a_hinge_lets_go(
     limit: float, monkeypatch: pytest.MonkeyPatch

@@ -32,6 +32,7 @@ def family_of(where: str, text: str = CHAIN) -> bool:
     return family_run(with_surface(read_spec(text, "system.yaml"), where), asked) is not None
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("direction", ["rising", "falling"])
 @pytest.mark.parametrize("where", ["x[0]", "x[1] - x_dot[4]", "sum(x[i]**3 for i in range(N))"])
 def test_sections_are_those_of_the_members(

@@ -104,6 +104,7 @@ def test_a_bad_start_of_a_long_chain_is_refused_soon(
     assert 0 < len(evaluated) < 60
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["pinned", "on a rod", "on a bent rail"])
 def test_the_nearest_state_of_a_long_chain_is_found_with_few_evaluations(
     case: str, monkeypatch: pytest.MonkeyPatch

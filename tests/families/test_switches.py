@@ -427,6 +427,7 @@ def test_what_is_said_of_switches_does_not_grow_with_them(monkeypatch: pytest.Mo
     assert counted(64) == counted(100)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("energy", "guards"),
     [
@@ -476,6 +477,7 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
     assert series(200) == series(50) <= 12
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("case", "method"),
     [

@@ -110,7 +110,7 @@ def drawn(chance: random.Random) -> str:
     return SYSTEM.format(kinetic=kinetic, forces=forces, **given)
 
 
-@pytest.mark.exhaustive(keep=0.2, most=12)
+@pytest.mark.exhaustive(keep=0.5, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_families_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

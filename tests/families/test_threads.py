@@ -109,6 +109,7 @@ def test_threads_give_the_same_bits(
         assert end.state.tobytes() == plain.state.tobytes(), threads
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", NOT_SHARED)
 def test_sums_whose_order_would_change_are_not_shared(name: str) -> None:
     """One thread computes them."""

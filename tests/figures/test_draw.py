@@ -139,6 +139,7 @@ ITEMS = {
 }
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("item", ITEMS.values(), ids=ITEMS)
 def test_numbers_that_leave_no_range_are_not_drawn(item):

@@ -41,6 +41,7 @@ def nearest_of_crank(x: float, s: float) -> tuple[float, float, float]:
     return at, math.sqrt(max(0.0, 0.25 - at**2)), best
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("x", "s"), [(0.2, 1.0), (-0.4, 1.0), (0.45, 1.1)])
 def test_closures_on_both_sides_are_equally_near_and_each_may_be_copied(x, s):
     known = nearest_of_crank(x, s)
@@ -121,6 +122,7 @@ def test_velocities_without_values_do_not_pull_at_given_ones():
     assert start(text, forced=True).v == pytest.approx((0.25, -0.25, -0.75), rel=1e-12)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("seed", range(8))
 def test_no_other_search_finds_a_nearer_state(seed):
     """Rods between random places with one of their coordinates left out, against minimization by SLSQP from

@@ -125,6 +125,7 @@ ROADS = ["1 - cos(2*s)", "(0.55*s + 1)**2 - 1", "log(1 + 0.6*s**2)", "cosh(s) - 
 DAMPERS = ["0", "0.3", "where(x_dot > y_dot, 20.2, 0.15)"]
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("damper", DAMPERS)
 @pytest.mark.parametrize("road", ROADS)
 def test_what_follows_a_mass_that_begins_to_move_has_its_errors(road, damper, request):

@@ -109,6 +109,7 @@ def test_balls_on_an_elastic_floor_never_fall_through(case: int, request: pytest
     assert above.min() >= -SAME, text
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("e", [0.0, 0.2, 0.5])
 @pytest.mark.parametrize("count", [2, 5, 10])
 def test_a_ball_dropped_on_a_stack_does_not_push_it_through_the_floor(count: int, e: float) -> None:

@@ -66,6 +66,7 @@ def test_a_chain_is_where_its_normal_modes_are(stiffness: list[float], force: st
     assert motion.outcome.steps < 1000
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("force", FORCES)
 @pytest.mark.parametrize("count", [8, 12, 40, 200])
 def test_members_of_a_family_are_there_too(count: int, force: str) -> None:

@@ -120,6 +120,7 @@ def test_a_contact_takes_few_series(p, source, series):
     assert np.max(np.abs(energy - energy[0])) <= 1e-12 * energy[0]
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("p", [1.5, 1.8, 2.5])
 def test_samples_on_a_way_across(p, source):
     """They are closer to one another than the way is long, and velocities and h are known."""
@@ -180,7 +181,7 @@ def test_the_first_step_of_a_contact_is_no_less_exact_by_radau(depth):
     assert np.ptp(energies) <= 1e-9
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("p", EXPONENTS)
 def test_random_grains(p, source):
     noise, count = np.random.default_rng(source.randrange(2**32)), source.randint(6, 16)

@@ -112,6 +112,7 @@ def replayed(page):
     return engine, script
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", [CUT, FAMILY, MANY])
 def test_a_page_of_an_output_draws_with_what_actions_have_set(tmp_path, text):
     motion = lagrange.solve(text, outputs="q,v,positions")

@@ -167,6 +167,7 @@ solve: {stop: 0.5, samples: 3}
 BOUNCING = GRAINS.replace("for i in range(N))", "+ 1e4*max(0, -grain[i].y - 1)**2.5 for i in range(N))")
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", [CHAIN, BOUNCING])
 def test_chains_and_bouncing_grains_pass_with_drag(text: str) -> None:
     found, expected = (lagrange_cli.solve(text, method=one, tolerance=1e-9) for one in ("auto", "Radau"))

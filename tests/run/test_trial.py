@@ -82,6 +82,7 @@ def test_stiff_motions_end_where_taylor_series_do(text: str) -> None:
         assert np.max(np.abs(motion.q[name] - q)) < 1e-3
 
 
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize(
     ("text", "options"),
     [

@@ -36,6 +36,7 @@ def rod(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "arguments",
     [

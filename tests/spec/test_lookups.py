@@ -84,6 +84,7 @@ def network(ends: list[tuple[int, int]], count: int, way: str) -> str:
     return NETWORK.format(count=count, bonds=len(ends), **words)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("way", ["lists", "a table", "definitions"])
 @pytest.mark.parametrize("count", [2, 3, 8, 9, 40])
 def test_networks_move_as_if_their_bonds_were_written_by_hand(
@@ -98,6 +99,7 @@ def test_networks_move_as_if_their_bonds_were_written_by_hand(
     alike(found, expected, 1e-12, looked_up)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("count", [2, 3, 9, 40])
 def test_trees_hang_from_the_parents_in_a_list(count: int, pytestconfig: pytest.Config) -> None:
     chance = random.Random(f"{pytestconfig.getoption('seed')} {count}")

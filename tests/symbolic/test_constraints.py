@@ -162,6 +162,7 @@ def test_forces_of_constraint_in_hamiltons_equations():
         as_written(derive(spec_of(MASSLESS)), "text", "hamilton", {})
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("text", [PENDULUM, KNIFE, CHAIN])
 def test_python_solves_for_accelerations_and_multipliers(text):
     """Explicitly or by elimination; what Hamilton's equations say is the same."""
@@ -407,6 +408,7 @@ constraints:
 """
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_states_in_which_a_linkage_is_folded_are_not_compared(patient):
     """Where B is at C, P turns freely, and the accelerations are 0/0."""
     found = verify_system(derive(spec_of(INVERSOR)), {})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import pytest
 import sympy
 from hypothesis import given
 from hypothesis import strategies as st
@@ -100,6 +101,7 @@ potential: POTENTIAL
 PAIRS = "sum(k*((x[i] - x[j])**2 + (y[i] - y[j])**2) for i in range(N) for j in range(i))"
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_conserved_quantities_are_printed_with_indices() -> None:
     falling = BEADS.replace("POTENTIAL", f"sum(m*g*y[i] for i in range(N)) + {PAIRS}")
     text = as_written(derive(spec_of(falling)), "text", "lagrange", {})

@@ -102,6 +102,7 @@ def test_accelerations_are_the_known_ones(name):
         assert same(renamed(equations_of(name), found), known)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", BODIES)
 def test_bodies_obey_newton(name):
     equations, axes = equations_of(name), len(BODIES[name])

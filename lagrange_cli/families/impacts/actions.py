@@ -143,9 +143,9 @@ def on_joints(
     reflected, lossless = turned(builder, events, kinetic)
     slowing, impacts = np.flatnonzero(impact & touched & ~reflected), None
     simple, pairs = simple_in(events, read)
+    if found.relative is not None and (len(slowing) or bound is not None):
+        raise Unsuited(*RELATIVE)
     if len(slowing):
-        if found.relative is not None:
-            raise Unsuited(*RELATIVE)
         impacts = impacts_on_joints(builder, events, slowing, found, bound)
         contacts = None if impacts is None else impacts.contacts
         if isinstance(contacts, Coupled):  # their forces change with velocities of their trees

@@ -108,11 +108,11 @@ def apart(events: Events, contacts: Coupled, joints: Articulation, coordinates: 
 def refuse_bound(found: Slowing, bound: Bonds) -> None:
     """Raise ``Unsuited`` where contacts push coordinates that constraints contain, or move nodes that they
     contain."""
-    nodes, trees = trees_of(found.joints, found.degrees)
+    placed, trees = trees_of(found.joints, found.degrees)
     rows = [*(one.rows for one in found.pushes), *(one.rows for one in found.reaches)]
     pushed = np.unique(np.concatenate(rows))
     held = [rows for one in bound.bounds for rows in one.rows]
-    moved = [nodes[hold.places] for one in bound.bounds for hold in one.holds]
+    moved = [placed[hold.component][hold.places] for one in bound.bounds for hold in one.holds]
     if any(np.isin(one, pushed).any() for one in held):
         raise Unsuited(*PRESSED)
     if any(np.isin(one, trees[pushed]).any() for one in moved):

@@ -8,7 +8,7 @@ equations of motion couple a joint to its parent and its children only (see
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -66,9 +66,17 @@ class Articulation:
     @property
     def followed(self) -> Iterator[tuple[Total, Total | None]]:
         """The places of nodes, and sums of coordinates that joints have, with their velocities."""
-        yield from zip(self.nodes, self.rates)
-        if self.relative is not None:
-            yield from zip(self.relative.chains, self.relative.speeds)
+        yield from zip(self.places, self.speeds)
+
+    @property
+    def places(self) -> Sequence[Chain]:
+        """The places of nodes, and sums of coordinates that joints have, behind these."""
+        return (*self.nodes, *(self.relative.chains if self.relative else ()))
+
+    @property
+    def speeds(self) -> Sequence[Total | None]:
+        """The velocities of both."""
+        return (*self.rates, *(self.relative.speeds if self.relative else ()))
 
     @property
     def moved(self) -> list[Node]:

@@ -16,8 +16,9 @@ import numpy as np
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.families.arrays import NONE, Tree
+from lagrange_cli.families.arrays import NONE
 from lagrange_cli.families.joints.joints import Articulation, Joints
+from lagrange_cli.families.joints.sums import Sums, along
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.model.start.equations import Solver
 from lagrange_cli.records import dataclass
@@ -85,6 +86,8 @@ class JointMasses:
         self.tree = found.nodes[0].tree if found.nodes else None
         self.inertia = [numbers.of(one) for one in found.inertia]
         self.kinds = [Kind(graph, one, numbers, len(found.nodes), self.nodes) for one in found.joints]
+        self.relative = found.relative
+        self.sums = None if found.relative is None else Sums.of(found.relative, numbers)
 
     @property
     def axes(self) -> range:
@@ -103,8 +106,21 @@ class JointMasses:
                         found.setdefault(j, {})[k] = m
         return found
 
-    def felt(self, pushes: Numbers) -> Numbers:
-        """Forces on nodes (nodes, axes, columns), as coordinates feel them (coordinates, columns)."""
+    def felt(self, pushes: Sequence[Numbers]) -> Numbers:
+        """Forces on nodes, and on sums of coordinates behind these (each (places, columns)), as coordinates
+        feel them (coordinates, columns)."""
+        made = self._felt(np.stack(pushes[: len(self.axes)], axis=1)) if self.nodes else None
+        if self.relative is None or self.sums is None:
+            assert made is not None
+            return made
+        if made is None:
+            made = self.numbers.kind.zeros(self.count, pushes[0].shape[1])
+        for push, ends in zip(pushes[len(self.axes) :], self.relative.chains.values()):
+            np.add.at(made, ends[ends != NONE], push[ends != NONE])
+        return self.sums.felt(made)
+
+    def _felt(self, pushes: Numbers) -> Numbers:
+        """The same of nodes (nodes, axes, columns), as the joints' coordinates feel it."""
         along(self.tree, pushes, back=True)
         made = self.numbers.kind.zeros(self.count, pushes.shape[2])
         for kind in self.kinds:
@@ -116,6 +132,12 @@ class JointMasses:
 
     def product(self, way: Numbers) -> Numbers:
         """M times a vector."""
+        if self.sums is None:
+            return self._product(way)
+        return self.sums.felt(self._product(self.sums.summed(way)))
+
+    def _product(self, way: Numbers) -> Numbers:
+        """The same of the joints' coordinates."""
         zeros = self.numbers.kind.zeros
         places = zeros(self.nodes + 1, len(self.axes))  # behind the last one is what does not move
         for kind in self.kinds:
@@ -135,7 +157,7 @@ class JointMasses:
                     np.add.at(pushes[:, component, 0], kind.parents, mass * moved)
                 for b, rows in enumerate(kind.rows):
                     direct[rows] += slopes[:, b] * mass * moved
-        return direct + self.felt(pushes[: self.nodes])[:, 0]  # type: ignore[no-any-return]
+        return direct + self._felt(pushes[: self.nodes])[:, 0]  # type: ignore[no-any-return]
 
     def times(self, way: Sequence[Any], chosen: Iterable[int]) -> dict[int, Any]:
         product = self.product(self.numbers.kind.array(way)).tolist()
@@ -148,6 +170,12 @@ class JointMasses:
         return {k: {j: m for j, m in enumerate(column) if m} for k, column in enumerate(columns)}
 
     def diagonal(self, count: int) -> list[Any]:
+        if self.sums is None:
+            return self._diagonal(count)
+        return [self.rows[k].get(k, 0.0) for k in range(count)]
+
+    def _diagonal(self, count: int) -> list[Any]:
+        """M_kk of the joints' coordinates."""
         carried = self.numbers.kind.zeros(self.nodes + 1, len(self.axes))
         for axis in self.axes:
             carried[: self.nodes, axis] = self.inertia[axis]
@@ -194,6 +222,8 @@ class JointMasses:
         yield from (link for node in order if (link := of_node[node]) is not None)
 
     def solver(self, chosen: Sequence[int]) -> Solver | None:
+        if self.sums is not None and len(chosen) < self.count:
+            return None  # where such a coordinate rests, none of the joints' has to
         chosen = tuple(chosen)
         if chosen not in self._solvers:
             self._solvers[chosen] = self._solver(chosen)
@@ -205,7 +235,7 @@ class JointMasses:
         felt = np.zeros((self.nodes + 1, len(self.axes), len(self.axes)))
         for axis in self.axes:
             felt[: self.nodes, axis, axis] = self.inertia[axis]
-        least = LEAST * as_doubles(np.array(self.diagonal(self.count)))
+        least = LEAST * as_doubles(np.array(self._diagonal(self.count)))
         found: list[Eliminated] = []
         for link in self.links(fixed):
             own, shared, passed = link.own, link.shared, link.passed
@@ -220,7 +250,8 @@ class JointMasses:
             felt[link.parent] += passed - gain @ shared.T
             found.append(Eliminated(link, inverse, gain, shared))
 
-        return Inverse(self, chosen, found)
+        solve, sums = Inverse(self, chosen, found), self.sums
+        return solve if sums is None else lambda right: sums.apart(solve(sums.divided(right)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,23 +306,6 @@ class Inverse:
             if link.node != NONE:
                 places[link.node] = parent + link.moves @ moved
         return whole[self.chosen]
-
-
-def along(tree: Tree | None, values: Numbers, *, back: bool = False) -> None:
-    """Add numbers (nodes, ...) up along a tree from the roots on, or from the tips on, in place."""
-    if tree is None:
-        return
-    if tree.is_chain:
-        way = values[::-1] if back else values
-        np.add.accumulate(way, out=way)
-        return
-    order, parents = tree.order.tolist(), tree.parents.tolist()
-    for node in reversed(order) if back else order:
-        if parents[node] != NONE:
-            if back:
-                values[parents[node]] += values[node]
-            else:
-                values[node] += values[parents[node]]
 
 
 def inverted(matrix: NDArray[np.float64], least: NDArray[np.float64]) -> NDArray[np.float64] | None:

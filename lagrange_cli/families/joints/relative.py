@@ -12,7 +12,7 @@ Dynamics, 1965, sec. 6.1).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -38,27 +38,25 @@ from lagrange_cli.families.arrays import (
     tree_of,
 )
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Numbers: TypeAlias = NDArray[np.float64]
     Flags: TypeAlias = NDArray[np.bool_]
-    Division: TypeAlias = Callable[[Numbers], Numbers]
     Piece: TypeAlias = tuple[Term, Slot, Node]
 
 
 @dataclass(frozen=True, eq=False)
 class Steps:
     """What some coordinates, in these ``rows``, add: ``factor`` times each to those ``before`` them, if there
-    are any."""
+    are any, and a ``shift`` that may depend on t."""
 
     domain: Domain
     rows: Places
     before: Places | None
     factor: Node
+    shift: Node
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +66,7 @@ class Relative:
     are none of a sum but their own. ``same`` are chains that are equal to others."""
 
     slots: Slots
+    time: Node
     chains: Mapping[Chain, Places]
     speeds: Sequence[Total]
     before: Places
@@ -80,13 +79,20 @@ class Relative:
         """The tree of the coordinates."""
         return tree_of(self.before)
 
-    def rates(self, of_joints: Array) -> Iterator[Term]:
-        """q_ddot, from u_ddot."""
+    def rates(self, of_joints: Array, shifted: Array | None) -> Iterator[Term]:
+        """q_ddot, from u_ddot, and d2/dt2 of shifts that depend on t, by coordinates."""
         for one in self.steps:
             node = self.slots.symbol(one.domain, of_joints, one.rows)
             if one.before is not None:
                 node = node - self.slots.symbol(one.domain, of_joints, one.before)
+            if shifted is not None and one in self.driven:
+                node = node - self.slots.symbol(one.domain, shifted, one.rows)
             yield Term(one.domain, node / one.factor, one.rows)
+
+    @cached_property
+    def driven(self) -> Sequence[Steps]:
+        """Those whose shifts depend on t."""
+        return [one for one in self.steps if one.shift.symbols & self.time.symbols]
 
     def forces(self, own: Total, loads: Sequence[Total]) -> Iterator[Term]:
         """F, from Q by coordinates of their ``own`` and, with the opposite sign, by those on sums."""
@@ -119,29 +125,12 @@ class Relative:
             for one in self.steps:
                 yield Term(one.domain, one.factor * self.slots.symbol(one.domain, whole, one.rows), one.rows)
 
-    def divided(self, divide: Division, numbers: FamilyValues) -> Division:
-        """M^-1 b (coordinates, columns) of q, from that of u; ``numbers`` are those of a state."""
-        factors, has = np.ones((len(self.before), 1)), self.before != NONE
-        for one in self.steps:
-            factors[one.rows, 0] = numbers.node(one.factor)
-
-        def divided(right: Numbers) -> Numbers:
-            scaled = right / factors
-            forces = scaled.copy()
-            np.subtract.at(forces, self.before[has], scaled[has])
-            found = divide(forces)
-            relative = found.copy()
-            relative[has] -= found[self.before[has]]
-            return np.asarray(relative / factors)
-
-        return divided
-
     def behind(self, chosen: Flags) -> Flags:
-        """Which coordinates move some of the joints' that are ``chosen`` (flags)."""
+        """Which coordinates move some of the joints' that are ``chosen`` (flags, or columns of these)."""
         found: Flags = chosen.copy()
         for k in reversed(self.tree.order.tolist()):
-            if found[k] and self.before[k] != NONE:
-                found[self.before[k]] = True
+            if self.before[k] != NONE:
+                found[self.before[k]] |= found[k]
         return found
 
 
@@ -151,10 +140,10 @@ def relative(builder: FamilyBuilder, places: Iterable[Node]) -> Relative | None:
     chains = [*dict.fromkeys(found for x in places for found in within(builder, x))]
     if not chains:
         return None
-    count = builder.q.count
+    count, slots = builder.q.count, builder.slots
     before, owned = np.full(count, NONE, dtype=np.int64), np.zeros(count, dtype=bool)
     simple = np.ones(count, dtype=bool)
-    """Whether they are added as they are."""
+    """Whether they are added as they are, but for constants."""
     ends, steps, same = dict[Chain, Places](), list[Steps](), dict[Array, Chain]()
     pure: list[Chain] = []
     for chain in chains:
@@ -171,19 +160,20 @@ def relative(builder: FamilyBuilder, places: Iterable[Node]) -> Relative | None:
         ends[chain] = at
         for term, slot, factor in pieces:
             up = np.where(parents[term.targets] == NONE, NONE, at[parents[term.targets]])
-            rows, added = slot.table, factor is builder.graph.one
+            rows, shift = slot.table, term.node - factor * slots.symbol(term.domain, builder.q, slot.table)
+            added = factor is builder.graph.one and not shift.symbols & builder.time.symbols
             if np.any(owned[rows]):
                 if not (added and np.all(owned[rows] & simple[rows]) and equal(before[rows], up)):
                     raise Unsuited
                 continue
             owned[rows], before[rows], simple[rows] = True, up, added
-            steps += steps_of(builder.slots, rows, up, factor)
+            steps += steps_of(slots, rows, up, factor, shift)
     others = np.flatnonzero(~owned)
     if len(others):
-        steps.append(Steps(Domain(len(others)), others, None, builder.graph.one))
+        steps.append(Steps(Domain(len(others)), others, None, builder.graph.one, builder.graph.zero))
     speeds = [one for chain in ends if (one := builder.rates_of(chain)) is not None]
     alone = simple & (before == NONE)
-    made = Relative(builder.slots, ends, speeds, before, tuple(steps), alone, same)
+    made = Relative(slots, builder.time, ends, speeds, before, tuple(steps), alone, same)
     made.tree  # noqa: B018 - refuses coordinates that follow from themselves
     return made
 
@@ -209,14 +199,14 @@ def is_pure(builder: FamilyBuilder, chain: Chain) -> bool:
     )
 
 
-def steps_of(slots: Slots, rows: Places, before: Places, factor: Node) -> Iterator[Steps]:
+def steps_of(slots: Slots, rows: Places, before: Places, factor: Node, shift: Node) -> Iterator[Steps]:
     """Those of coordinates that have one before, and of those that have none."""
     for has in (True, False):
         members = np.flatnonzero((before != NONE) == has)
         if len(members):
             domain = Domain(len(members))
-            own = placed(slots, factor, domain, members)
-            yield Steps(domain, rows[members], before[members] if has else None, own)
+            own, more = (placed(slots, one, domain, members) for one in (factor, shift))
+            yield Steps(domain, rows[members], before[members] if has else None, own, more)
 
 
 def ends_of(own: Places, tree: Tree) -> Places:
@@ -259,10 +249,10 @@ def pieces_of(builder: FamilyBuilder, chain: Chain) -> Iterator[Piece]:
         own = [(s, slot) for s, slot in inside if slot.array is builder.q]
         others = [slot for _, slot in inside if slot.array is not builder.q]
         known = all(slot.array.source in lasting for slot in others)
-        if chain.back or not known or len(own) > 1 or term.node.symbols & builder.time.symbols:
+        if chain.back or not known or len(own) > 1 or (not own and term.node.symbols & builder.time.symbols):
             raise Unsuited
         for symbol, slot in own:
             factor = builder.graph.diff(term.node, symbol)
-            if factor.symbols & symbol.symbols:
+            if factor.symbols & (symbol.symbols | builder.time.symbols):
                 raise Unsuited
             yield term, slot, factor

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,8 +36,8 @@ class Responses:
     trees: Places
 
 
-def trees_of(joints: Articulation, coordinates: int) -> tuple[Places, Places]:
-    """The trees of the nodes, and of so many ``coordinates``, as numbers."""
+def trees_of(joints: Articulation, coordinates: int) -> tuple[Sequence[Places], Places]:
+    """The trees of all ``Articulation.places``, and of so many ``coordinates``, as numbers."""
     parents = joints.parents
     roots = np.where(parents == NONE, np.arange(joints.count), parents)
     while np.any(roots != roots[roots]):
@@ -53,8 +53,28 @@ def trees_of(joints: Articulation, coordinates: int) -> tuple[Places, Places]:
         own = np.where(own == NONE, joints.count + kind.rows[0], own)
         for rows in kind.rows:
             found[rows] = own
+    if joints.relative is not None:
+        roots, found = joined(roots, found, joints.relative.before)
     _, numbers = np.unique(np.concatenate([roots, found]), return_inverse=True)
-    return numbers[: joints.count], numbers[joints.count :]
+    nodes, moved = numbers[: joints.count], numbers[joints.count :]
+    ends = joints.relative.chains.values() if joints.relative else ()
+    return [*(nodes for _ in joints.nodes), *(np.append(moved, NONE)[one] for one in ends)], moved
+
+
+def joined(nodes: Places, coordinates: Places, before: Places) -> tuple[Places, Places]:
+    """The same trees, where those of coordinates and of the ones ``before`` them are one."""
+    first = [*range(1 + max(int(one.max(initial=NONE)) for one in (nodes, coordinates)))]
+
+    def root(tree: int) -> int:
+        while first[tree] != tree:
+            first[tree] = tree = first[first[tree]]
+        return tree
+
+    has = np.flatnonzero(before != NONE)
+    for one, other in zip(coordinates[has].tolist(), coordinates[before[has]].tolist()):
+        first[root(one)] = root(other)
+    numbers = np.array([root(tree) for tree in range(len(first))], dtype=np.int64)
+    return numbers[nodes], numbers[coordinates]
 
 
 def responses(touched: Iterable[tuple[Places, Places]], count: int, forest: int, most: int) -> Responses:

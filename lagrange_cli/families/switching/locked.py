@@ -30,6 +30,12 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
+DRIVEN = (
+    "dry friction in a hinge between links one of which is turned as t says, too",
+    "let t turn another hinge, without friction",
+)
+"""What members are written out for, and how to do without."""
+
 
 def locked(
     system: FamilySystem,
@@ -76,7 +82,7 @@ def locked(
 def carried(system: FamilySystem, relative: Relative, holding: Holding, modes: Array) -> Iterator[Total]:
     """Where the joints' coordinates are sums, those that are held move as the ones before them: what their
     accelerations are of these, one by one of a joint's. Raises ``Unsuited`` where a joint does not hang from
-    that of the coordinate before."""
+    that of the coordinate before, or t moves it besides."""
     assert system.joints is not None
     slots, count = system.slots, system.q.count
     hinges = Hinges.of(system.joints, count)
@@ -84,6 +90,8 @@ def carried(system: FamilySystem, relative: Relative, holding: Holding, modes: A
     before = relative.before[held]
     if not np.all(hinges.behind(held, before)):
         raise Unsuited
+    if any(np.isin(holding.resting, one.rows).any() for one in relative.driven):
+        raise Unsuited(*DRIVEN)
     for b in range(1 + int(hinges.among[before].max(initial=NONE))):
         rows = held[hinges.among[before] == b]
         domain = Domain(len(rows))

@@ -63,6 +63,7 @@ def test_multipliers_and_reactions_of_the_cartesian_pendulum():
         assert np.array_equal(samples, data[path])
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("e", [0.0, 1e-12, 1e-6])
 def test_a_small_difference_of_large_forces_has_their_rounding(e: float):
     """A force that is almost along a wire (a, b): R = lambda (a, b) with lambda = -e exp(-t/1000). It is what

@@ -74,6 +74,7 @@ def test_a_frequency_that_is_rounded_once_is_part_of_the_estimate(folder, number
         assert coverage(data, "q/x", truth, folder) >= 0.98
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_cyclic_momenta_are_part_of_the_estimate():
     data, _ = certified(TOP, 300.0, 301)
     with mpmath.workdps(50):

@@ -166,6 +166,7 @@ def test_integrals_are_carried_along():
     assert np.abs(found[0][:, 2:]).min() > 0
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", ["double_pendulum", "driven_damped_pendulum", "figure_eight"])
 def test_a_member_is_the_same_in_any_lane_beside_any_others(name):
     parameters, states = members_of(name, 45)
@@ -310,6 +311,7 @@ def energies(parameters, states):
     return kinetic - (m1 + m2) * g * l1 * np.cos(a) - m2 * g * l2 * np.cos(b)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", ["double_pendulum", LARGE], ids=["lanes", "one by one"])
 def test_it_stops_when_told_and_says_what_has_ended(name):
     parameters, states = members_of(name, 400 if name == "double_pendulum" else 12)

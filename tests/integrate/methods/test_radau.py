@@ -117,6 +117,7 @@ def test_a_pendulum_on_a_stiff_spring_moves_as_one_on_a_rod() -> None:
     assert 200 * explicit.outcome.steps > 20 * motion.outcome.steps
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("text", "stop", "tolerance"), [(KEPLER, 20.0, 1e-4), (KEPLER, 20.0, 1e-8), (VAN_DER_POL, 2000.0, 1e-5)]
 )
@@ -204,6 +205,7 @@ def test_matrices_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch
         prepared(DRIVEN.replace("0.05", "0.06"), "Radau", 1e-7)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("rate", [3.0, 1e2, 1e4])
 @pytest.mark.parametrize("phase", [1e-12, 1e-9])
 def test_an_oscillation_that_begins_after_a_rest_is_followed(rate: float, phase: float) -> None:

@@ -92,6 +92,7 @@ def test_factors_may_be_functions_of_the_configuration():
     assert {*found.integrals.values()} == {"x*y + z"}
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "forms",
     [

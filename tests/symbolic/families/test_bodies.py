@@ -22,6 +22,7 @@ def printed(text: str, form: str = "lagrange") -> DerivedFamilies:
     return found
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_norms_of_quaternions_have_multipliers_in_every_format() -> None:
     derived = printed(bodies(3))
     names = {"text": "lambda_body_norm[i]", "latex": r"\lambda_{\mathrm{body},\mathrm{norm},i}"}

@@ -17,6 +17,7 @@ from tests.symbolic.families.test_equations import holds, printed
 pytestmark = pytest.mark.usefixtures("however_small")
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("way", ["lists", "a table", "definitions"])
 @pytest.mark.parametrize("count", [2, 3, 30])
 def test_what_is_printed_is_integrated(count: int, way: str, pytestconfig: pytest.Config) -> None:

@@ -145,6 +145,7 @@ def close(found: Any, expected: Any, text: str, tolerance: float = 1e-9) -> None
     assert np.max(np.abs(np.array(found) - expected), initial=0.0) <= tolerance * size, text
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "text", [N_PENDULUM, pendulum(4, "(i - 1)//2"), CHARGED, SHAKEN, TOPS.replace("COUNT", "2")]
 )

@@ -122,6 +122,7 @@ def test_a_thousand_sleighs_take_a_line_each() -> None:
     )
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_a_train_is_printed_with_indices() -> None:
     spec = read_spec(
         TRAIN.format(

@@ -15,9 +15,10 @@ a.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.joints.kinds import JointKind
 from lagrange_cli.native.families.joints.node_arrays import Arranged, NodeArrays, array
 from lagrange_cli.native.families.joints.pushed import PushedJoints
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 
 class Balance(NodeArrays):
@@ -45,6 +49,8 @@ class Balance(NodeArrays):
     ) -> None:
         super().__init__(system, arranged, forces, loads)
         found, many = self.found, self.count
+        self.shifted = array(system.q.count) if found.relative and found.relative.driven else None
+        """d2/dt2 of what moves the joints' coordinates besides those of the system."""
         self.kinds = [JointKind(self, one) for one in found.joints]
         self.masses = {
             (c, e): self.total(many, [t for one in self.kinds for t in one.held(c, e)], kept=False)
@@ -67,13 +73,13 @@ class Balance(NodeArrays):
             for e in self.turns
         }
         self._respond()
-        self.series = [local_of(one) for one in self.kinds]
-        """What the joints' series of each kind give."""
+        self.series = [*(local_of(one) for one in self.kinds), *self._drives()]
+        """What the joints' series of each kind give, and those of shifts."""
 
     def add_pushes(self, touched: PushedJoints) -> None:
         """Let contacts change accelerations."""
         self.touched = touched
-        self.series = [*(local_of(one, touched) for one in self.kinds), *touched.series]
+        self.series = [*(local_of(one, touched) for one in self.kinds), *self._drives(), *touched.series]
 
     @property
     def final(self) -> Total:
@@ -83,8 +89,8 @@ class Balance(NodeArrays):
     def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
         """What ``forces`` and ``loads`` do alone, with the same masses."""
         made = copy(self)
-        made.forces, made.loads = forces, loads
-        made.accelerations = [array(self.count) for _ in self.axes]
+        made.forces, made.loads = self.on_joints(forces, loads), self.on_nodes(loads)
+        made.accelerations, made.shifted = [array(self.count) for _ in self.axes], None
         made.kinds = [one.alone(made) for one in self.kinds]
         made._respond()
         return made
@@ -113,7 +119,7 @@ class Balance(NodeArrays):
         """The accelerations of the joints' coordinates."""
         self._sum_up()
         locks = self.system.modes and self.system.modes.locks
-        self.other = self.on_joints(locks.other) if locks else None
+        self.other = self.on_joints(locks.other, self.system.loads) if locks else None
         self.left = None if self.other is None else self._left(self.other)
         """What would move coordinates that are held, and the forces on these without what holds them."""
 
@@ -122,12 +128,30 @@ class Balance(NodeArrays):
         relative, self.of_coordinates, self.of_sums = self.found.relative, self.rates, list[Total]()
         if relative is None:
             return
-        self.of_coordinates = self.total(self.rates.count, [*relative.rates(self.rates)], kept=False)
+        own = [*relative.rates(self.rates, self.shifted)]
+        self.of_coordinates = self.total(self.rates.count, own, kept=False)
         for one, ends in relative.chains.items():
             members = np.flatnonzero(ends != NONE)
             domain = Domain(len(members))
             node = self.slots.symbol(domain, self.rates, ends[members])
             self.of_sums.append(self.total(one.count, [Term(domain, node, members)], kept=False))
+
+    def _drives(self) -> Iterator[Local]:
+        """What the series of shifts give."""
+        relative, shifted, graph = self.found.relative, self.shifted, self.graph
+        if relative is None or shifted is None:
+            return
+        for one in relative.driven:
+            every = np.arange(one.domain.count)
+            (own,) = self.total(one.domain.count, [Term(one.domain, one.shift, every)]).terms
+            term = Term(one.domain, graph.ddt(graph.ddt(own.node)), one.rows)
+            yield Local(one.domain, [(term, shifted)], 0, [], [], [])
+
+    def of_place(self, domain: Domain, component: int, places: Places) -> Node:
+        """The accelerations of nodes, or of sums of coordinates (see ``Articulation.places``)."""
+        if component in self.places:
+            return self.slots.symbol(domain, self.accelerations[component], places + 1)
+        return self.slots.symbol(domain, self.of_sums[component - len(self.places)], places)
 
     def _gates_of_nodes(self) -> Sequence[Total]:
         if self.gates is None:
@@ -145,7 +169,8 @@ class Balance(NodeArrays):
     @cached_property
     def local(self) -> Sequence[Array]:
         """What the joints' series give in every order."""
-        return [*self.rest, *(one for kind in self.kinds for one in (*kind.rest, *kind.missing))]
+        driven = [] if self.shifted is None else [self.shifted]
+        return [*self.rest, *driven, *(one for kind in self.kinds for one in (*kind.rest, *kind.missing))]
 
     @cached_property
     def slopes(self) -> Sequence[Array]:

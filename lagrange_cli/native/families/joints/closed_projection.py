@@ -54,14 +54,21 @@ class Residuals:
         self.closure, self.system, self.slots, self.graph = closure, system, closure.slots, closure.graph
         self.low_q, self.low_v, self.low_time = array(system.q.count), array(system.q.count), array(1)
         self.lower: dict[Array, Array] = {system.q: self.low_q, system.v: self.low_v} if careful else {}
-        self.added = {one: self._added(one) for c in sorted(closure.components) for one in self._chains(c)}
+        self.added = {one: self._added(one) for c in self._components() for one in self._chains(c)}
         self.off = [self._off(speed=speed) for speed in (False, True)]
         self.sizes = [self._sizes(speed=speed) for speed in (False, True)]
 
+    def _components(self) -> list[int]:
+        """Those of places that constraints contain; before nodes, the sums of coordinates that these are
+        made of."""
+        held, nodes = self.closure.components, len(self.closure.joints.nodes)
+        sums = {*range(nodes, len(self.closure.joints.places))}
+        return [*sorted(sums if min(held, default=nodes) < nodes else sums & held), *sorted(held - sums)]
+
     def _chains(self, component: int) -> list[Chain]:
-        """The places of nodes, and their velocities."""
+        """Places of a component, and their velocities."""
         joints = self.closure.joints
-        both = joints.nodes[component], joints.rates[component]
+        both = joints.places[component], joints.speeds[component]
         return [one for one in both if isinstance(one, Chain)]
 
     def _added(self, chain: Chain) -> Added:
@@ -82,9 +89,11 @@ class Residuals:
 
     def _terms(self, node: Node) -> list[Node]:
         """What velocities add to a rate; else what coordinates add to a place."""
-        slots = [*self.slots.inside(node)]
-        by = self.system.v if any(slot.array is self.system.v for _, slot in slots) else self.system.q
-        return [self.graph.diff(node, symbol) * symbol for symbol, slot in slots if slot.array is by]
+        slots, sums = [*self.slots.inside(node)], len(self.closure.joints.nodes)
+        speeds = {self.system.v, *self.closure.joints.speeds[sums:]}
+        if not any(slot.array in speeds for _, slot in slots):
+            speeds = {self.system.q, *self.closure.joints.places[sums:]}
+        return [self.graph.diff(node, symbol) * symbol for symbol, slot in slots if slot.array in speeds]
 
     def _low(self, node: Node, domain: Domain) -> Node:
         """What the low parts add to an expression."""
@@ -132,13 +141,14 @@ class Residuals:
         x = self.slots.symbol(domain, found[0], hold.places)
         return [x * x, self.slots.symbol(domain, self.added[found[0]].squares, hold.places)]
 
+    def parts_of(self, one: Added) -> Sequence[Total]:
+        """What is computed before sums along a chain, or with these."""
+        return (one.steps, one.low, one.squares) if self.careful else (one.sums, one.squares)
+
     @property
     def parts(self) -> Sequence[Total]:
-        """What is computed before sums along chains."""
-        listed = self.added.values()
-        if self.careful:
-            return [total for one in listed for total in (one.steps, one.low, one.squares)]
-        return [total for one in listed for total in (one.sums, one.squares)]
+        """The same of all chains."""
+        return [total for one in self.added.values() for total in self.parts_of(one)]
 
     @property
     def arrays(self) -> Sequence[Array]:
@@ -185,11 +195,12 @@ class ClosedProjection:
         """What should be 0, at the state as it is."""
         evaluation, found = self.evaluation, self.residuals
         known = [one.sums for one in found.added.values()]
-        evaluation.write([one for one in found.parts if one not in self.fixed])
-        for one in found.added.values() if found.careful else ():
-            assert one.chain.tree is not None
-            sweeps = Sweeps(evaluation.vectors, evaluation.tables, one.chain.tree, evaluation.where)
-            sweeps.add_up(one.steps, one.low, one.sums, one.lost)
+        for one in found.added.values():
+            evaluation.write([part for part in found.parts_of(one) if part not in self.fixed])
+            if found.careful:
+                assert one.chain.tree is not None
+                sweeps = Sweeps(evaluation.vectors, evaluation.tables, one.chain.tree, evaluation.where)
+                sweeps.add_up(one.steps, one.low, one.sums, one.lost)
         totals = [*found.off, *found.sizes]
         evaluation.write([one for one in totals if one not in known])
 
@@ -225,7 +236,7 @@ class ClosedProjection:
                 vectors.store(-vectors.load(off, i), right, i)
             solve(saddle, right, where(closure.multipliers))
             respond(evaluation, closure.alone, closure.reply, sweeps, self.fixed, coordinates=True)
-            add_to_state(vectors, where(closure.reply.rates), row, self.layout)
+            add_to_state(vectors, where(closure.reply.of_coordinates), row, self.layout)
         at.counted(f)
 
 

@@ -36,15 +36,15 @@ class Closure(Bonded):
         super().__init__(system, lasting)
         assert system.joints is not None
         self.joints = system.joints
-        moved = enumerate(system.joints.rates)
-        self.nodes: Sequence[Array] = [lasting.arranged(one) for one in system.joints.nodes]
+        moved = enumerate(system.joints.speeds)
+        self.places: Sequence[Array] = [lasting.arranged(one) for one in system.joints.places]
         self.rates: Mapping[int, Array] = {c: lasting.arranged(one) for c, one in moved if one is not None}
         self.slopes: Sequence[Sequence[Array]] = [self.columns(one) for one in self.bounds]
         self.holds = [[array(one.domain.count) for _ in one.holds] for one in self.bounds]
-        """A: by coordinates, and by places of nodes."""
+        """A: by coordinates, and by places of nodes, or sums of coordinates."""
         self.pull = array(self.size)
-        self.pulls = [array(system.joints.count) for _ in self.nodes]
-        """A^T lambda without what is newest in it: on coordinates, and on nodes with the opposite sign."""
+        self.pulls = [array(one.count) for one in self.places]
+        """A^T lambda without what is newest in it: on coordinates, and on places with the opposite sign."""
         forces = lasting.arranged(self.forces_besides, kept=False)
         loads = [lasting.arranged(one, kept=False) for one in system.loads]
         self.given = forces, *loads
@@ -57,14 +57,14 @@ class Closure(Bonded):
                 one.count,
                 [
                     *self.all_of([one] * bool(one.terms) + [self.pulls[c]] * bent, one.count),
-                    *self.on_nodes(c),
+                    *self.on_places(c),
                 ],
             )
             for c, one in enumerate(loads)
         ]
         self.balance = Balance(system, lasting.arranged, self.forces, self.loads)
         self.own_forces = self.total(self.size, [*self.on_coordinates()])
-        self.own_loads = [self.total(one.count, [*self.on_nodes(c)]) for c, one in enumerate(loads)]
+        self.own_loads = [self.total(one.count, [*self.on_places(c)]) for c, one in enumerate(loads)]
         self.reply = self.balance.alone(self.own_forces, self.own_loads)
         """What forces of constraint do alone."""
         self.right = self.right_side()
@@ -99,13 +99,14 @@ class Closure(Bonded):
 
     @property
     def by_coordinates(self) -> bool:
-        """Whether constraints contain coordinates besides nodes."""
-        return any(one.rows for one in self.bounds)
+        """Whether constraints contain coordinates, or sums of these, besides nodes."""
+        nodes = len(self.joints.nodes)
+        return any(one.rows or any(hold.component >= nodes for hold in one.holds) for one in self.bounds)
 
     @property
     def bent(self) -> bool:
         """Whether a slope moves."""
-        system, moves = self.system, {self.system.q, *self.joints.nodes}
+        system, moves = self.system, {self.system.q, *self.joints.places}
         return any(
             slope.symbols & system.time.symbols or self.slots.moving(slope, moves)
             for one in self.bounds
@@ -114,11 +115,11 @@ class Closure(Bonded):
 
     @property
     def components(self) -> frozenset[int]:
-        """The components of nodes that constraints contain, or their velocities."""
+        """The components of places that constraints contain, or their velocities."""
         joints, found = self.joints, set[int]()
         for one in self.bounds:
             inside = [slot.array for _, slot in self.slots.inside(one.node)]
-            for c, both in enumerate(zip(joints.nodes, joints.rates)):
+            for c, both in enumerate(joints.followed):
                 if any(array in both for array in inside):
                     found.add(c)
         return frozenset(found)
@@ -136,12 +137,16 @@ class Closure(Bonded):
     @property
     def acting(self) -> Sequence[Total]:
         """All forces."""
-        return [self.forces, *self.loads]
+        return [self.forces, *self.loads, *self.of_joints(self.balance)]
 
     @property
     def alone(self) -> Sequence[Total]:
         """Those of the constraints."""
-        return [self.own_forces, *self.own_loads]
+        return [self.own_forces, *self.own_loads, *self.of_joints(self.reply)]
+
+    def of_joints(self, balance: Balance) -> Sequence[Total]:
+        """The forces on the joints' coordinates, where these are sums."""
+        return [] if self.joints.relative is None else [balance.forces]
 
     @property
     def arrays(self) -> Sequence[Array]:
@@ -175,8 +180,8 @@ class Closure(Bonded):
             for slope, rows in zip(slopes, one.rows)
         ]
 
-    def on_nodes(self, component: int) -> list[Term]:
-        """-A^T lambda on a component of nodes."""
+    def on_places(self, component: int) -> list[Term]:
+        """-A^T lambda on a component of places."""
         return [
             Term(one.domain, -(self.own(one, slope) * self.multiplier(one)), hold.places)
             for one, slopes in zip(self.bounds, self.holds)
@@ -200,27 +205,24 @@ class Closure(Bonded):
 
     def changes(self, bound: Bound, balance: Balance) -> list[Node]:
         """The accelerations of what a bound contains."""
-        symbol, domain = self.slots.symbol, bound.domain
-        found = [symbol(domain, balance.rates, rows) for rows in bound.rows]
-        return found + [
-            symbol(domain, balance.accelerations[hold.component], hold.places + 1) for hold in bound.holds
-        ]
+        domain = bound.domain
+        found = [self.slots.symbol(domain, balance.of_coordinates, rows) for rows in bound.rows]
+        return found + [balance.of_place(domain, hold.component, hold.places) for hold in bound.holds]
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
-        domain, held = bound.domain, self.nodes if bound.holonomic else self.rates
+        domain, held = bound.domain, self.places if bound.holonomic else self.rates
         nodes = [self.slots.symbol(domain, held[one.component], one.places) for one in bound.holds]
         pulled = [(rows, self.pull, 1.0) for rows in bound.rows]
         pulled += [(one.places, self.pulls[one.component], -1.0) for one in bound.holds]
         columns = *self.slopes[number], *self.holds[number]
         slopes = [*zip((*bound.symbols, *nodes), columns, pulled)]
-        placed = {self.system.v: self.system.q} | {rate: self.nodes[c] for c, rate in self.rates.items()}
+        placed = {self.system.v: self.system.q} | {rate: self.places[c] for c, rate in self.rates.items()}
         change = partial(self.change, domain)
         return self.series_of(bound, placed, slopes, self.multiplier(bound), change)
 
     def change(self, domain: Domain, place: Slot) -> Node:
-        """The acceleration of a coordinate or of a node."""
+        """The acceleration of a coordinate or of a place."""
         if place.array is self.system.q:
-            return self.slots.symbol(domain, self.balance.rates, place.table)
-        component = self.nodes.index(place.array)
-        return self.slots.symbol(domain, self.balance.accelerations[component], place.table + 1)
+            return self.slots.symbol(domain, self.balance.of_coordinates, place.table)
+        return self.balance.of_place(domain, self.places.index(place.array), place.table)

@@ -53,9 +53,9 @@ class NodeArrays:
         """The accelerations of nodes' coordinates, as further components."""
         self.axes = range(self.turns.stop)
         self.size = max((len(one.rows) for one in found.joints if one.nodes is not None), default=0)
-        self.forces = self.on_joints(system.forces) if forces is None else forces
-        own = system.loads[: len(found.nodes)]
-        self.loads = [arranged(one, kept=False) for one in own] if loads is None else loads
+        loads = system.loads if loads is None else loads
+        self.forces = self.on_joints(system.forces if forces is None else forces, loads)
+        self.loads = self.on_nodes(loads)
         self.inertia = [arranged(one) for one in found.inertia]
         self.gates = arranged(locks.gates) if locks else None
         """0 of coordinates that are held, if any may be."""
@@ -76,13 +76,17 @@ class NodeArrays:
         self.accelerations = [array(many) for _ in self.axes]
         """Those of nodes, behind one of what does not move."""
 
-    def on_joints(self, forces: Total) -> Total:
-        """The forces on the joints' coordinates, from those on coordinates."""
+    def on_joints(self, forces: Total, loads: Sequence[Total]) -> Total:
+        """The forces on the joints' coordinates, from those on coordinates and ``loads`` on sums of these."""
         relative = self.found.relative
         if relative is not None:
-            sums = self.system.loads[len(self.found.nodes) :]
+            sums = loads[len(self.found.nodes) :]
             forces = total_of(forces.count, relative.forces(forces, sums), self.graph)
         return self.arrange(forces, kept=False)
+
+    def on_nodes(self, loads: Sequence[Total]) -> list[Total]:
+        """The loads on nodes."""
+        return [self.arrange(one, kept=False) for one in loads[: len(self.found.nodes)]]
 
     def arranged_symbol(self, symbol: Node) -> Node:
         """The symbol of a coordinate of joints, by the arrays that are computed."""
