@@ -85,12 +85,18 @@ class Lists(Cursor, ABC):
             hint = f"write sum(...) for {name}(...)"
         self.refuse(token.span, f"'{token.text}' outside a sum", hint)
 
+    def comparison(self) -> str:
+        """What to write in place of the sign ``=`` that is next: <= for =<, >= for =>."""
+        end = self.next.span.stop - self.offset
+        following = self.text[end : end + 1]
+        return f"write {following}=" if following in ("<", ">") else "write =="
+
     def unexpected(self, found: list[Tree]) -> None:
         """Report a token that cannot stand after an expression, and skip it."""
         token = self.next
         if self.sees("="):
             if self.condition:
-                self.structural(token.span, "'=' is not a comparison", "write ==")
+                self.structural(token.span, "'=' is not a comparison", self.comparison())
             else:
                 left = self.text[: token.span.start - self.offset].strip()
                 hint = f"leave out '{left} ='" if len(left) < 40 else "write only the right-hand side"

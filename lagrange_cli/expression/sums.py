@@ -66,7 +66,7 @@ class Sums(Lists):
             self.condition = True
             found.append(self.expression(OR))
             if self.sees("="):
-                self.refuse(self.next.span, "'=' is not a comparison", "write ==")
+                self.refuse(self.next.span, "'=' is not a comparison", self.comparison())
             self.condition = False
         return tuple(found)
 

@@ -16,6 +16,7 @@ from lagrange_cli.symbolic.monomials import (
     degree,
     divide,
     from_terms,
+    is_decimal,
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
@@ -250,10 +251,27 @@ def split(polynomial: sympy.Expr, terms: Terms) -> sympy.Expr:
     found = COUNTER.factored.get(polynomial)
     if found is None:
         charge(STEPS_TO_FACTOR * len(terms) * (1 + degree(terms)))
-        found = sympy.factor(polynomial)
+        found = with_decimals(sympy.factor(polynomial), polynomial)
         if COUNTER.work is not None:
             COUNTER.factored[polynomial] = found
     return found
+
+
+def with_decimals(product: sympy.Expr, polynomial: sympy.Expr) -> sympy.Expr:
+    """The ``product`` that a polynomial is, with decimals in its sums where it has any: otherwise they become
+    long integers, as in (20000*J + 3)/20000 for J + 0.00015."""
+    number, factors = product.as_coeff_Mul()
+    if not is_decimal(number):
+        return product
+    if factors.is_Add:
+        return polynomial
+    found = []
+    for factor in sympy.Mul.make_args(factors):
+        base, exponent = factor.as_base_exp()
+        size = abs(sympy.Poly(base).LC()) if base.is_Add else sympy.S.One
+        number *= size**exponent
+        found.append(sympy.expand(base / size) ** exponent)
+    return sympy.Mul(number, *found)
 
 
 def is_factored(terms: Terms) -> bool:

@@ -12,6 +12,7 @@ import sympy
 
 from lagrange_cli.expression.symbolic_switches import Absolute, Extremum, Sign, Switch
 from lagrange_cli.symbolic.monomials import Monomial, Terms
+from lagrange_cli.symbolic.work import COUNTER
 
 
 def replacements(terms: Terms, monomial: Monomial) -> Iterator[tuple[sympy.Expr, sympy.Expr, bool]]:
@@ -24,9 +25,8 @@ def replacements(terms: Terms, monomial: Monomial) -> Iterator[tuple[sympy.Expr,
                 if branch is not None:
                     yield base, branch, True
         elif isinstance(base, Extremum) and exponent.denominator == 1:
-            other = base.opposite
-            turned = minus_signs(base) > minus_signs(other)
-            if turned and any(one == other for own in terms for one, _ in own):
+            other = turned(base)
+            if other is not None and occurs(other, terms):
                 yield base**exponent, (-other) ** exponent, True
         elif isinstance(base, Absolute) and exponent > 0:
             (u,) = base.args
@@ -38,6 +38,23 @@ def replacements(terms: Terms, monomial: Monomial) -> Iterator[tuple[sympy.Expr,
                 yield base * sign, u, False
             elif exponent == 1:
                 yield base, u * sign, False
+
+
+def occurs(factor: sympy.Expr, terms: Terms) -> bool:
+    """Whether a factor occurs in a sum; types are compared first, as that takes no time."""
+    kind = type(factor)
+    return any(type(one) is kind and one == factor for monomial in terms for one, _ in monomial)
+
+
+def turned(extremum: Extremum) -> sympy.Expr | None:
+    """Its opposite where that has fewer minus signs. The same ones occur in many terms."""
+    if extremum in COUNTER.turned:
+        return COUNTER.turned[extremum]
+    other = extremum.opposite
+    found = other if minus_signs(extremum) > minus_signs(other) else None
+    if COUNTER.work is not None:
+        COUNTER.turned[extremum] = found
+    return found
 
 
 def minus_signs(extremum: Extremum) -> tuple[int, str]:

@@ -11,6 +11,7 @@ from lagrange_cli.symbolic.canonical import contract, is_reducible, multiply, to
 from lagrange_cli.symbolic.grouping import group, shortened, with_leading_sign
 from lagrange_cli.symbolic.monomials import (
     ONE,
+    Number,
     Terms,
     TooLargeError,
     add_into,
@@ -18,6 +19,7 @@ from lagrange_cli.symbolic.monomials import (
     common_factor,
     degree,
     divide,
+    is_decimal,
     ratio,
     term,
 )
@@ -30,6 +32,8 @@ LARGEST_FRACTION = 40
 """The largest number of terms in numerator and denominator for which common sums are cancelled."""
 HIGHEST_FRACTION = 16
 """The highest degree of these: the time that it takes grows suddenly, to minutes, where degrees are high."""
+LONGEST_INTEGER = 10**4
+"""The least integer of a fraction that is not written where decimals are."""
 STEPS_TO_CANCEL = 100
 """The largest work for that, for each term and degree."""
 
@@ -142,7 +146,16 @@ def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
     charge(STEPS_TO_CANCEL * (len(polynomial) + len(denominator)) * (1 + highest))
     top, bottom = ring.polynomial(polynomial).cancel(ring.polynomial(denominator))
     scale, rest = common_factor(ring.terms(bottom))
+    if any(is_decimal(one) for one in (*polynomial.values(), *denominator.values())):
+        rest = rest * decimal_size(ring.terms(bottom), rest)
     above = divide(
         ring.terms(top), combine(scale, frozenset((b, -e) for b, e in content)), ratio(rest, number)
     )
     return above, divide(ring.terms(bottom), scale, rest)
+
+
+def decimal_size(terms: Terms, number: Number) -> int:
+    """The power of ten by which a sum, divided by a number, is divided further: above 1 where decimals have
+    become long integers."""
+    largest = max(abs(one) for one in divide(terms, ONE, number).values())
+    return 10 ** (len(str(math.floor(largest))) - 1) if largest >= LONGEST_INTEGER else 1

@@ -120,10 +120,15 @@ def common_number(numbers: Iterable[Number]) -> Number:
     sign = -1 if all(number < 0 for number in numbers) else 1
     if len(set(map(abs, numbers))) == 1:
         return sign * abs(numbers[0])
-    if any(144 % number.denominator for number in numbers):
+    if any(is_decimal(number) for number in numbers):
         return sign
     numerator, denominator = 0, 1
     for number in numbers:
         numerator = gcd(numerator, number.numerator)
         denominator = denominator * number.denominator // gcd(denominator, number.denominator)
     return ratio(sign * numerator, denominator)
+
+
+def is_decimal(number: Number) -> bool:
+    """Whether a number is written as a decimal, such as 0.35, and not as a fraction, such as 1/12."""
+    return bool(144 % number.denominator)

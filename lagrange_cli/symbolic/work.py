@@ -49,6 +49,7 @@ class Counter:
         self.work: Work | None = None
         self.settled: dict[sympy.Expr, sympy.Expr] = {}
         self.factored: dict[sympy.Expr, sympy.Expr] = {}
+        self.turned: dict[sympy.Expr, sympy.Expr | None] = {}
 
 
 COUNTER = Counter()
@@ -82,6 +83,7 @@ def counting(work: Work | None = None) -> Iterator[None]:
         COUNTER.work = None
         COUNTER.settled.clear()
         COUNTER.factored.clear()
+        COUNTER.turned.clear()
 
 
 def counting_calls(attribute: Any, steps: int, work: Work) -> Any:

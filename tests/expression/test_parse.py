@@ -157,6 +157,8 @@ REFUSED = [
     ("where(x > 0, 1)", 0, 15, "2 instead of 3", "a condition and two values"),
     ("where(x > 0, y > 0, 2)", 15, 16, "comparison outside", "where("),
     ("where(x = 0, 1, 2)", 8, 9, "'=' is not a comparison", "write =="),
+    ("where(x =< 0, 1, 2)", 8, 9, "'=' is not a comparison", "write <="),
+    ("sum(x for i in range(3) if i => 2)", 29, 30, "'=' is not a comparison", "write >="),
     ("1 if x > 0 else 2", 2, 4, "condition outside", "where("),
     ("floor(x)", 0, 5, "'floor' is not supported", "where()"),
     ("'a'", 0, 1, "quotation marks", ""),

@@ -84,6 +84,27 @@ def test_a_file_without_decimals_is_answered_with_fractions():
         assert render(equations.L, Text(), equations.order).startswith(start)
 
 
+def test_decimals_do_not_become_long_integers():
+    """A rotating pendulum with a small moment of inertia about its rod."""
+    text = """
+        parameters: {m: 0.1, l: 0.3, a: 0.25, J: 0.002, g: 9.81}
+        coordinates: {p: {initial: 1}, b: {initial: 0.5}}
+        lagrangian: >
+          (0.003 + m*a**2 + m*l**2*sin(b)**2 + 1e-9*cos(b)**2)*p_dot**2/2 + (m*l**2 + J + 1.5e-4)*b_dot**2/2
+          + m*a*l*cos(b)*p_dot*b_dot - m*g*l*cos(b)
+        """
+    equations = derive(read_spec(dedent(text), "furuta.yaml")).equations
+    momentum = render(equations.momenta[1], Text(), equations.order)
+    assert momentum == "m*l*a*cos(b)*p_dot + (0.00015 + m*l**2 + J)*b_dot"
+    assert equations.accelerations is not None
+    for found in (*(each.left for each in equations.equations), *equations.accelerations):
+        assert max(abs(number) for number in found.atoms(sympy.Rational)) < 1000
+    rates = sympy.Matrix(equations.mass_matrix) * sympy.Matrix(equations.accelerations)
+    balance = rates - sympy.Matrix(equations.force)
+    values = {one: sympy.Rational(1, 3 + n) for n, one in enumerate(sorted(balance.free_symbols, key=str))}
+    assert max(abs(one.evalf(30, subs=values, maxn=60)) for one in balance) < 1e-25
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [

@@ -10,6 +10,7 @@ from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.limits import Work
 from lagrange_cli.model.build import build_model
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.symbolic import kinks
 from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.layouts import as_text
@@ -94,3 +95,15 @@ def test_fractions_of_high_degree_are_not_cancelled():
     with counting(work := Work()):
         found = derived(f"coordinates: [x, y]\nlagrangian: {coupled} - x**35*y**30 - x*y\n")
     assert found.accelerations is not None and work.spent < 10**6
+
+
+def test_the_sign_of_a_maximum_is_examined_once(monkeypatch):
+    """The same maxima occur in many terms: as do their opposites."""
+    examined = []
+    count = kinks.minus_signs
+    monkeypatch.setattr(kinks, "minus_signs", lambda one: examined.append(one) or count(one))
+    with counting():
+        derived(
+            "coordinates: [x, y]\nlagrangian: x_dot**2*(1 + max(0, x)*y)/2 + y_dot**2*(2 + max(0, -x))/2\n"
+        )
+    assert examined and len(examined) == len(set(examined))
