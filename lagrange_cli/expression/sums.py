@@ -88,7 +88,9 @@ class Sums(Lists):
         """The arguments of the range that an index runs through."""
         start = self.next
         if start.text != "range" or self.tokens[self.place + 1].text != "(":
+            known = len(self.errors)
             tree = self.expression()
+            del self.errors[known:]  # of what is no range, as in 1..3
             self.refuse(tree.span, "an index needs a range", _LOOP)
         self.advance()
         arguments, _ = self.enclosed(self.advance())

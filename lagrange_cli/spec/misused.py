@@ -47,6 +47,10 @@ def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:
     """A name has not as many indices as its family."""
     due = len(meaning.family.shape) if meaning.family else 0
     example = member_name(name.identifier, "ijklmn"[:due]) if due else name.identifier
+    if meaning.what is Kind.COORDINATE and due:  # which has no components
+        _, _, component = name.identifier.partition(".")
+        example = member_name(name.base, "ijklmn"[:due])
+        example = velocity_name(example) if component in VELOCITY_COMPONENTS else example
     if not due:
         message = f"'{name.base}' is not a family and takes no index"
         if component := _numbered_component(name, meaning):
@@ -64,9 +68,10 @@ def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:
 def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
     """A name has no such component."""
     if not isinstance(meaning.value, tuple):
-        hint = f"write {base}"
+        own = meaning.family.label if meaning.family else base
+        hint = f"write {own}"
         if meaning.what is Kind.COORDINATE:
-            hint += f", or {velocity_name(base)} for its velocity"
+            hint += f", or {velocity_name(own)} for its velocity"
         return ExpressionError(
             name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
         )

@@ -377,6 +377,13 @@ BAD = [
         ],
     ),
     ("u[i + 1]", "u", [(11, "u", "missing index on the family 'u'", "write u[i] for one")]),
+    ("u[i + 1]", "u.vx", [(11, "u.vx", "missing index on the family 'u'", "write u_dot[i] for one")]),
+    (
+        "u[i + 1]",
+        "u[0].vx",
+        [(11, "u[0].vx", "the coordinate 'u' has no component", "u[i], or u_dot[i] for its")],
+    ),
+    (POTENTIAL, "sum(u[i] for i in 1..3)", [(11, "1..3", "an index needs a range", "range(N)")]),
     (
         "u[i + 1]",
         "u[i, 0]",
