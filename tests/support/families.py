@@ -34,7 +34,7 @@ def followed(
 ) -> tuple[Prepared, Motion]:
     """A motion of a system, and what it was followed by."""
     spec, values = begun(text)
-    outputs = resolve_outputs(outputs, has_particles=spec.lagrangian is None)  # refuses unknown ones
+    outputs = resolve_outputs(outputs, has_particles=True)  # refuses unknown ones
     asked = Compilation(method, FULL, outputs, backward=stop < 0.0)
     ready = prepare_system(spec, derive_system, None, asked)
     return ready, run(ready, values, 0.0, stop, samples)
