@@ -3,18 +3,15 @@ and as with members written out."""
 
 from __future__ import annotations
 
-import random
 import re
 from math import cos, pi, sin
 
 import numpy as np
 import pytest
 
-from lagrange_cli.families import system as systems
-from tests.families.test_chains import fewest
 from tests.families.test_closed_chains import exactly_followed
-from tests.families.test_relative_joints import ANGLES, MASSES, is_relative, text
-from tests.support.families import alike, followed
+from tests.families.test_relative_joints import ANGLES, MASSES, drawn, is_as_written_out, text
+from tests.support.families import followed
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "positions", "energy", "constraints", "multipliers"])
 CONSTRAINTS = {
@@ -70,19 +67,12 @@ def bound(angles: str, masses: str, base: str, case: str, count: int, forces: st
 def test_arms_move_as_with_members_written_out(
     angles: str, case: str, count: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chance = random.Random(f"{pytestconfig.option.seed} {angles} {case} {count}")
-    seed, method = round(chance.uniform(0.3, 1.0), 2), chance.choice(["taylor", "ias15"])
+    chance, seed, method = drawn(pytestconfig, angles, case, count)
     masses = chance.choice([*MASSES])
     base = chance.choice(["fixed", "driven", "free"] if masses == "bodies" else ["fixed", "driven"])
     forces = chance.choice(["none", "motors", "oil", "wind"])
     given = bound(angles, masses, base, case, count, forces, seed)
-    fewest(monkeypatch, 0)
-    assert is_relative(given)
-    ready, found = followed(given, OUTPUTS, stop=0.3, method=method)
-    assert ready.machine.program.loops
-    monkeypatch.setattr(systems, "any_family_system", lambda *_: None)
-    _, expected = followed(given, OUTPUTS, stop=0.3, method=method)
-    alike(found.data, expected.data, 2.0**-36, given)
+    is_as_written_out(given, method, OUTPUTS, monkeypatch)
 
 
 RING = """

@@ -3,14 +3,12 @@ systems written out."""
 
 from __future__ import annotations
 
-import random
-
 import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
 from tests.families.test_coupled_contacts import motion
-from tests.families.test_relative_joints import ANGLES, MASSES, is_relative, text
+from tests.families.test_relative_joints import ANGLES, MASSES, drawn, is_relative, text
 from tests.support.families import followed
 
 EVENT = '"{name}[i in range({first}, N)]": {{when: "{when}", direction: {way}, action: {{set: {{{sets}}}}}}}'
@@ -44,8 +42,8 @@ def stopped(case: str, angles: str, masses: str, count: int, e: float, seed: flo
 def test_links_rest_as_written_out(
     case: str, angles: str, count: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chance = random.Random(f"{pytestconfig.option.seed} {angles} {case} {count}")
-    seed, e = round(chance.uniform(0.3, 1.0), 2), chance.choice([0.0, 0.3, 0.6])
+    chance, seed, _ = drawn(pytestconfig, angles, case, count)
+    e = chance.choice([0.0, 0.3, 0.6])
     given = stopped(case, angles, chance.choice([*MASSES]), count, e, seed)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
     assert is_relative(given)

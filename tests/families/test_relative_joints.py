@@ -84,15 +84,28 @@ def is_relative(given: str) -> bool:
     return system is not None and system.joints is not None and system.joints.relative is not None
 
 
-def is_as_written_out(given: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def drawn(config: pytest.Config, *case: object) -> tuple[random.Random, float, str]:
+    """What is drawn for a case: chance, the seed of an arm, and a method."""
+    chance = random.Random(f"{config.option.seed} {case}")
+    return chance, round(chance.uniform(0.3, 1.0), 2), chance.choice(["taylor", "ias15"])
+
+
+def outputs_of(given: str) -> frozenset[str]:
+    """All that loops compute of an arm."""
+    return WRITTEN if "t)" in given or "*t" in given else WRITTEN | {"ledger"}
+
+
+def is_as_written_out(
+    given: str, method: str, outputs: frozenset[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """An arm is a family with sums of coordinates, and moves as with its members written out."""
     fewest(monkeypatch, 0)
     assert is_relative(given)
-    outputs = WRITTEN if "t)" in given or "*t" in given else WRITTEN | {"ledger"}
     ready, found = followed(given, outputs, stop=0.3, method=method)
     assert ready.machine.program.loops
     fewest(monkeypatch, 10**9)
-    _, expected = followed(given, outputs, stop=0.3, method=method)
+    ready, expected = followed(given, outputs, stop=0.3, method=method)
+    assert not ready.machine.program.loops
     alike(found.data, expected.data, 2.0**-36, given)
 
 
@@ -103,11 +116,10 @@ def is_as_written_out(given: str, method: str, monkeypatch: pytest.MonkeyPatch) 
 def test_arms_move_as_with_members_written_out(
     angles: str, masses: str, count: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chance = random.Random(f"{pytestconfig.option.seed} {angles} {masses} {count}")
-    seed, method = round(chance.uniform(0.3, 1.0), 2), chance.choice(["taylor", "ias15"])
+    chance, seed, method = drawn(pytestconfig, angles, masses, count)
     bases = [*BASES] if masses == "bodies" else ["fixed", "driven"]  # else M may be singular
     given = text(count, angles, masses, chance.choice(bases), chance.choice([*FORCES]), seed)
-    is_as_written_out(given, method, monkeypatch)
+    is_as_written_out(given, method, outputs_of(given), monkeypatch)
 
 
 @pytest.mark.exhaustive(keep=1)
@@ -117,8 +129,8 @@ def test_arms_move_as_with_members_written_out(
 def test_dry_friction_holds_links_as_with_members_written_out(
     angles: str, count: int, strength: float, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chance = random.Random(f"{pytestconfig.option.seed} {angles} {strength} {count}")
-    given = text(count, angles, chance.choice([*MASSES]), "fixed", "none", round(chance.uniform(0.3, 1.0), 2))
+    chance, seed, _ = drawn(pytestconfig, angles, strength, count)
+    given = text(count, angles, chance.choice([*MASSES]), "fixed", "none", seed)
     given = given.replace("0.3*cos(", f"{chance.choice([0, 0.3])}*cos(")
     given += f"dissipation: sum({strength}*(1 + 0.1*i)*abs(phi_dot[i]) for i in range(N))\n"
     outputs = frozenset(["q", "v", "positions"])  # with others, members are written out
@@ -272,4 +284,4 @@ embedding: {"b[i in range(N + 1)]": ["x[i] - l/2*cos(th[i])", "y[i] - l/2*sin(th
 potential: sum(g*b[i].y for i in range(N + 1)) + sum(0.1*th[i]**2 for i in range(N + 1))
 dissipation: sum(0.1*phi_dot[i]**2 for i in range(N))
 """
-    is_as_written_out(given, method, monkeypatch)
+    is_as_written_out(given, method, outputs_of(given), monkeypatch)
