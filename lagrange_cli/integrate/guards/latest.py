@@ -7,24 +7,21 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lagrange_cli.integrate.arrays import Array
-
 T = TypeVar("T")
 
 
 class Latest(Generic[T]):
-    """The latest results of a function of an array, ``count`` of them at most. They must not be changed."""
+    """The latest results of a function of numbers, ``count`` of them at most. They must not be changed."""
 
     def __init__(self, count: int) -> None:
         self._count = count
         self._kept: list[tuple[bytes, T]] = []
 
-    def of(self, given: Array, compute: Callable[[], T]) -> T:
+    def of(self, given: bytes, compute: Callable[[], T]) -> T:
         """The result for what is ``given``, to the last bit; ``compute`` finds it if it is a new one."""
-        key = given.tobytes()
         for before, result in reversed(self._kept):
-            if before == key:
+            if before == given:
                 return result
         result = compute()
-        self._kept = [*self._kept[1 - self._count :], (key, result)]
+        self._kept = [*self._kept[1 - self._count :], (given, result)]
         return result

@@ -51,10 +51,34 @@ class Modes:
         marks = self._rows.fresh(self._layout)
         self.marks = memory[marks : marks + count]
         self.count = len(program.guards)
-        self._seen = Latest[Seen](SEEN)
+        self._seen, self._key = Latest[Seen](SEEN), b""
+        self._given = self._views()
+        """What series depend on."""
         settings = memory[self._layout.settings]
         self._at = settings.ctypes.data, constants.ctypes.data
         """Where parameters, modes and constants are."""
+
+    def _views(self) -> list[Array]:
+        """The parts of the memory on which series depend: coordinates and velocities, t, parameters, and all
+        modes but those of events."""
+        layout, rows, parts = self._layout, self._rows, self.machine.program.parts
+        starts = (0, layout.width, layout.third)[: 1 + parts]
+        places = [slice(start, start + layout.motion.stop) for start in starts]
+        if layout.cyclic:
+            momenta = layout.cyclic_momenta
+            places += [slice(start + momenta.start, start + momenta.stop) for start in starts]
+        places.append(slice(layout.at(Clock.TIME), layout.at(Clock.TIME_LOW) + 1))
+        first, width = layout.settings.start, rows.parameters + rows.count
+        for part in range(self.machine.program.given):
+            places.append(slice(first + part * width, first + part * width + rows.parameters))
+        modes = rows.mode(layout)
+        resting = modes + self.count + len(self.machine.program.events)
+        places += [slice(modes, modes + self.count), slice(resting, modes + rows.count)]
+        return [self.memory[one] for one in places if one.stop > one.start]
+
+    def given(self) -> bytes:
+        """What series depend on now, to the last bit."""
+        return b"".join([one.tobytes() for one in self._given])
 
     def set_parameters(self, parameters: Array) -> None:
         """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
@@ -78,8 +102,10 @@ class Modes:
 
     def _series(self) -> Array:
         """The series from here on; the rates of velocities and integrals."""
-        self.prepare()
-        self._here = self._seen.of(self.memory, self._see)  # an attempt at other modes, and back
+        key = self.given()
+        if key != self._key:
+            self.prepare()
+            self._here, self._key = self._seen.of(key, self._see), key  # an attempt at other modes, and back
         return self._here.rates
 
     def _see(self) -> Seen:

@@ -127,9 +127,9 @@ class Sides:
         return self.at_present("actions", lambda: self.act_on(self.state(self.memory)))
 
     def at_present(self, name: str, compute: Callable[[], T]) -> T:
-        """What ``compute`` finds out about all that is in the memory, under a ``name``: once, as long as
-        nothing changes there. It must not be changed."""
-        found = self._present.of(self.memory, dict)
+        """What ``compute`` finds out about the present state, under a ``name``: once, as long as nothing
+        changes on which series depend. It must not be changed."""
+        found = self._present.of(self.settling.given(), dict)
         if name not in found:
             found[name] = compute()
         known: T = found[name]
@@ -171,7 +171,7 @@ class Sides:
         """All that ``@act`` computes (parts, values)."""
         when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
         given = np.concatenate([when, self.memory[self.layout.settings], state])
-        return self._known.of(given, lambda: self._computed(when, state))
+        return self._known.of(given.tobytes(), lambda: self._computed(when, state))
 
     def _computed(self, when: Array, state: Array) -> Array:
         machine, program = self.settling.machine, self.program

@@ -111,14 +111,16 @@ class Touching:
 
     def _at_zero(self) -> NDArray[np.bool_]:
         """Where the arguments of contacts' events are 0 but for rounding."""
-        near, found = self._sides.at_present("zeros", lambda: (self.near, self._zeros()))
-        return found if near is self.near else self._zeros()
+        sides = self._sides
+        near, found = sides.at_present("zeros", lambda: (self.near, self._zeros()))
+        at_zero: NDArray[np.bool_] = found if near is self.near else self._zeros()
+        return at_zero | (sides.marks[self._events] > 0.0)
 
     def _zeros(self) -> NDArray[np.bool_]:
+        """Where their values tell."""
         sides, own = self._sides, self._events
-        found: NDArray[np.bool_] = sides.marks[own] > 0.0
         least = np.fmax(ROUNDING * sides.sizes()[own, 0], self.near[own])
-        found |= np.abs(sides.all_coefficients()[own, 0]) <= least
+        found: NDArray[np.bool_] = np.abs(sides.all_coefficients()[own, 0]) <= least
         return found
 
     def _where(self) -> Array:

@@ -243,6 +243,9 @@ class Arrangement:
             self.place(array, array.count)
         if self.factors is not None:
             self.place(self.factors.array, self.factors.array.count)
+        if isinstance(self.motion, ContactRestraint) and self.factor is None:
+            # not among what callers clear, as few contacts of many touch; companions copy what is here
+            self.place(self.motion.solving, room(self.tabled_in_motion.size))
 
     def beside(self, followed: Sequence[Total], listed: Sequence[Element]) -> Total:
         """One array of all that is ``followed``, and of what is ``listed``."""

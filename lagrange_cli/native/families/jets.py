@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from lagrange_cli.errors import TooManyNumbers
@@ -142,9 +142,7 @@ class SeriesJet(SeriesPlaces, ABC):
                 self.stage_between(evaluation, k, phase, windows, totals)
             return
         if phase == 0 and isinstance(k, Integer):
-            for series, place in self.series:
-                if not self.apart(series):
-                    begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
+            self.begin_sums(k)
         self.clear(evaluation, totals)
         for one in self.loops:
             if isinstance(one, Chain):
@@ -154,6 +152,16 @@ class SeriesJet(SeriesPlaces, ABC):
             else:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
+
+    def begin_sums(self, k: Integer) -> None:
+        """Begin dot products of several orders, from ``k`` on."""
+        self.begin_those(self.series, k)
+
+    def begin_those(self, some: Iterable[tuple[LoopSeries, int] | Chain], k: Integer) -> None:
+        """Those of some series, at their places."""
+        for one in some:
+            if not isinstance(one, Chain) and not self.apart(one[0]):
+                begin_sums(self.f, one[0], k, one[1], 0, int(one[0].blocks[-1]))
 
     def clear(self, evaluation: Evaluation, totals: Sequence[Array]) -> None:
         """Begin an order with sums that are 0."""

@@ -7,6 +7,8 @@ import math
 
 from lagrange_cli.families.arrays import Array, Chain
 from lagrange_cli.native.families.beside import BesideJet
+from lagrange_cli.native.families.constraints.contact_jet import ContactJet
+from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import CoupledMassesJet, CoupledMassesRates
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet
 from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
@@ -95,7 +97,8 @@ class MotionJets(Preparation):
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
         if isinstance(self.motion, TogetherAlongMotion):
             return TogetherJet(self.motion, self.tabled, self.factors, *given)
-        return None if self.motion is None else ConstrainedJet(self.motion, self.tabled_in_motion, *given)
+        kind = ContactJet if isinstance(self.motion, ContactRestraint) else ConstrainedJet
+        return None if self.motion is None else kind(self.motion, self.tabled_in_motion, *given)
 
     def with_beside(self, motion: SeriesJet, name: str) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""

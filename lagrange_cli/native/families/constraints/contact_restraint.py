@@ -15,7 +15,7 @@ import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Term, Total
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
@@ -36,6 +36,8 @@ class ContactRestraint(AlongMotion):
         gates += [Term(Domain(fixed), graph.one, np.arange(fixed))] if fixed else []
         whole = Total(system.forces.source, fixed + count, tuple(gates))
         self.gates: Array = lasting.arranged(whole)
+        self.solving = Array(Source.TOTAL, 0)
+        """What solves for multipliers, where it has a place of its own."""
         super().__init__(system, lasting)
 
     def bonds_of(self, system: FamilySystem) -> Bonds:

@@ -1,7 +1,9 @@
 """Equations for multipliers in which most constraints meet most others: L D L^T row by row.
 
-The upper half of the matrix is an array with a row of whole vectors for each unknown. Each pivot's row is
-taken from the rows behind it, and then divided by the pivot: it is that column of L.
+Most entries may be 0, as those of contacts that do not touch. So unknowns that meet others are listed first,
+and the matrix is one of these alone: the work does not depend on how many others there are. The upper half of
+this matrix is an array with a row of whole vectors for each unknown. Each pivot's row is taken from the rows
+behind it, and then divided by the pivot: it is that column of L.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from lagrange_cli.native.families.constraints.saddle_tables import SaddleTables
-from lagrange_cli.native.families.tables import Tables, place_at, places_at
+from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
@@ -25,26 +27,23 @@ if TYPE_CHECKING:
 
 
 class DenseTables:
-    """Where the arrays of ``count`` unknowns are behind a beginning: x, 1/D, the first entries of the
-    diagonal, whether rows have others than on it, and the rows of the matrix, each of this ``width``."""
+    """Where the arrays of ``count`` unknowns are behind a beginning: x and 1/D of all; which of them meet
+    others, where each of these is among them, and how many there are; x, 1/D, the first entries of the
+    diagonal, whether rows have others than on it, and the rows of the matrix, all of these alone."""
 
     def __init__(self, count: int, tables: Tables) -> None:
         self.count, self.tables = count, tables
-        self.width = width = whole_vectors(count)
-        self.places = {
-            "unknowns": 0,
-            "inverse": width,
-            "diagonal": 2 * width,
-            "filled": 3 * width,
-            "matrix": 4 * width,
-        }
-        self.size = 4 * width + count * width
+        width = whole_vectors(count)
+        names = "solution", "alone", "listed", "order", "unknowns", "inverse", "diagonal", "filled"
+        self.places = {name: i * width for i, name in enumerate(names)}
+        self.places |= {"number": len(names) * width, "matrix": len(names) * width + LANES}
+        self.size = self.places["matrix"] + count * width
         """The doubles of all arrays."""
 
     def placed(self, pairs: Places, sizes: Places | None = None) -> Mapping[str, Places]:
-        """Where the entries of the unknowns ``pairs`` (entries, 2), the larger first, go in the matrix; and
-        where the ``sizes`` are that pivots are compared with, if these are no entries on its diagonal."""
-        found = {"matrix": pairs[:, 1] * self.width + pairs[:, 0]}
+        """The unknowns of the entries ``pairs`` (entries, 2), the larger first; and where the ``sizes`` are
+        that pivots are compared with, if these are no entries on the diagonal."""
+        found = {"rows": pairs[:, 1], "columns": pairs[:, 0]}
         return found if sizes is None else {**found, "diagonal": sizes}
 
 
@@ -66,17 +65,25 @@ class Dense:
         place = self.vectors.place
         return place(place(self.base, self.first + self.tabled.places[name]), at)
 
-    @property
-    def _filled(self) -> Pointer:
-        """Where doubles tell which rows have entries besides the one on the diagonal."""
-        return self.f.place(self.place("filled"), 0, "double")
+    def integers(self, name: str) -> Pointer:
+        """The place of an array of whole numbers, or of doubles that tell something."""
+        return self.f.place(self.place(name), 0, "double")
 
     def _is_filled(self, k: Integer) -> Bit:
-        return self.f.load(self._filled, k) > 0.0
+        return self.f.load(self.integers("filled"), k) > 0.0
 
-    def row(self, k: Integer) -> Pointer:
+    @property
+    def _number(self) -> Integer:
+        """How many unknowns meet others."""
+        return self.f.load_integer(self.integers("number"))
+
+    def _listed(self, k: Integer) -> Integer:
+        """The ``k``-th of them."""
+        return self.f.load_integer(self.integers("listed"), k)
+
+    def row(self, k: Integer, width: Integer) -> Pointer:
         """A row of the matrix."""
-        return self.place("matrix", k * self.tabled.width)
+        return self.place("matrix", k * width)
 
     def load(self, place: Pointer, at: Integer) -> Operands:
         """Eight numbers side by side."""
@@ -90,76 +97,147 @@ class Dense:
         """A number eight times."""
         return self.vectors.operand(self.vectors.splat(one, LANES))
 
-    def take(self, some: Operands, row: Pointer, target: Pointer, first: Integer) -> None:
+    def clear(self, name: str, size: Integer) -> None:
+        """Begin with numbers that are 0."""
+        with self.f.loop(0, size, LANES) as at:
+            self.vectors.store_row(self.vectors.zero(LANES), self.place(name), at)
+
+    def take(self, some: Operands, row: Pointer, target: Pointer, first: Integer, width: Integer) -> None:
         """Take ``some`` times a ``row`` from a ``target``, from the block of the ``first`` one on."""
-        with self.f.loop(block_of(first), self.tabled.width, LANES, tested=False) as j:
+        with self.f.loop(block_of(first), width, LANES, tested=False) as j:
             self.store(self.vectors.kind.fms(some, self.load(row, j), self.load(target, j)), target, j)
 
-    def scale(self, place: Pointer, first: Index, by: Pointer | Operands) -> None:
+    def scale(self, place: Pointer, first: Index, by: Pointer | Operands, width: Integer) -> None:
         """Multiply numbers from ``first`` on by one, or by as many."""
-        with self.f.loop(first, self.tabled.width, LANES, tested=False) as j:
+        with self.f.loop(first, width, LANES, tested=False) as j:
             factor = self.load(by, j) if isinstance(by, Pointer) else by
             self.store(self.vectors.kind.mul(self.load(place, j), factor), place, j)
 
     def factor(self, base: Pointer, entries: Mapping[str, Places], regular: Variable[Bit]) -> None:
-        """L and D from the ``entries``, which are side by side from ``base`` on, and whether they are
-        regular."""
-        f, vectors, kind = self.f, self.vectors, self.vectors.kind
-        count, width = self.tabled.count, self.tabled.width
-        for name, size in (("inverse", width), ("matrix", count * width)):
-            with f.loop(0, size, LANES, tested=False) as at:
-                vectors.store_row(vectors.zero(LANES), self.place(name), at)
-        targets = self.tables.of_array(entries["matrix"])
-        with f.loop(0, len(entries["matrix"]), tested=False) as k:
-            vectors.store(vectors.load(base, k), self.place("matrix"), place_at(f, k + targets))
-        behind = self.tables.of_array(entries["diagonal"]) if "diagonal" in entries else None
-        with f.loop(0, count, tested=False) as k:
-            source, at = (self.row(k), k) if behind is None else (base, place_at(f, k + behind))
-            vectors.store(vectors.load(source, at), self.place("diagonal"), k)
-        least = f.constant(FLOOR * kind.unit)
-        with f.loop(0, count, tested=False) as k:
-            row, begin = self.row(k), block_of(k)
-            pivot, whole = vectors.load(row, k), vectors.load(self.place("diagonal"), k)
-            sizes = vectors.high(whole), vectors.high(pivot)
-            all_of, own = sizes if self.definite else (f.magnitude(one) for one in sizes)
-            regular.set(regular.get() & (all_of * least < own))
-            inverse = kind.div(kind.one, self.everywhere(pivot))
-            vectors.store(vectors.lane(vectors.number(inverse), 0), self.place("inverse"), k)
+        """L and D from the ``entries``, which are side by side from ``base`` on, with a 0 behind them, and
+        whether they are regular."""
+        f, vectors, kind, count = self.f, self.vectors, self.vectors.kind, self.tabled.count
+        beside, on = self._sorted(entries)
+        self._list(base, *beside)
+        number = self._number
+        width = block_of(number + (LANES - 1))
+        sizes = entries.get("diagonal")
+        own, whole = (self.tables.of_array(on if one is None else one) for one in (None, sizes))
+        order, least = self.integers("order"), f.constant(FLOOR * kind.unit)
+
+        def sound(whole: Numbers, pivot: Numbers) -> None:
+            both = vectors.high(whole), vectors.high(pivot)
+            all_of, mine = both if self.definite else (f.magnitude(one) for one in both)
+            regular.set(regular.get() & (all_of * least < mine))
+
+        def inverse_of(pivot: Numbers) -> Operands:
+            return kind.div(kind.one, self.everywhere(pivot))
+
+        def first_of(inverse: Operands) -> Numbers:
+            return vectors.lane(vectors.number(inverse), 0)
+
+        with f.loop(0, count, tested=False) as i, f.when(f.load_integer(order, i).equals(count)):
+            pivot = vectors.load(base, place_at(f, i + own))
+            sound(vectors.load(base, place_at(f, i + whole)), pivot)
+            vectors.store(first_of(inverse_of(pivot)), self.place("alone"), i)
+        self.clear("inverse", width)
+        self.clear("matrix", number * width)
+        self._fill(base, *beside, width)
+        with f.loop(0, number) as k:
+            i = self._listed(k)
+            vectors.store(vectors.load(base, place_at(f, i + own)), self.row(k, width), k)
+            vectors.store(vectors.load(base, place_at(f, i + whole)), self.place("diagonal"), k)
+        with f.loop(0, number) as k:
+            row, begin = self.row(k, width), block_of(k)
+            pivot = vectors.load(row, k)
+            sound(vectors.load(self.place("diagonal"), k), pivot)
+            inverse = inverse_of(pivot)
+            vectors.store(first_of(inverse), self.place("inverse"), k)
             with f.loop(begin, k + 1, tested=False) as j:
                 vectors.store(vectors.constant(0.0), row, j)
             filled = f.variable(f.constant(0.0))
-            with f.loop(k + 1, count) as i:
+            with f.loop(k + 1, number) as i:
                 entry = vectors.load(row, i)
-                with f.when(~vectors.high(entry).equals(0.0)):  # most are 0 where contacts do not touch
-                    self.take(kind.mul(self.everywhere(entry), inverse), row, self.row(i), i)
+                with f.when(~vectors.high(entry).equals(0.0)):
+                    self.take(kind.mul(self.everywhere(entry), inverse), row, self.row(i, width), i, width)
                     filled.set(f.constant(1.0))
             with f.when(filled.get() > 0.0):
-                self.scale(row, begin, inverse)
-            f.store(filled.get(), self._filled, k)
+                self.scale(row, begin, inverse, width)
+            f.store(filled.get(), self.integers("filled"), k)
+
+    def _sorted(self, entries: Mapping[str, Places]) -> tuple[tuple[int, int, int, int], Places]:
+        """How many entries are beside the diagonal, with tables of these, their rows and their columns; and
+        which entry each unknown has on it: the one behind all where it has none."""
+        rows, columns = entries["rows"], entries["columns"]
+        on = np.full(self.tabled.count, len(rows))
+        on[rows[rows == columns]] = np.flatnonzero(rows == columns)
+        beside = np.flatnonzero(rows != columns)
+        tables = (self.tables.of_array(one) for one in (beside, rows[beside], columns[beside]))
+        return (len(beside), *tables), on  # type: ignore[return-value]
+
+    def _list(self, base: Pointer, count: int, which: int, rows: int, columns: int) -> None:
+        """List the unknowns that meet others."""
+        f, every, order = self.f, self.tabled.count, self.integers("order")
+        with f.loop(0, every, tested=False) as i:
+            f.store(f.count(every), order, i)
+        with f.loop(0, count) as e, f.when(self._is_entry(base, e + which)):
+            for table in (rows, columns):
+                f.store(f.count(0), order, place_at(f, e + table))
+        number = f.variable(f.count(0))
+        with f.loop(0, every, tested=False) as i, f.when(f.load_integer(order, i) < every):
+            f.store(number.get(), order, i)
+            f.store(i, self.integers("listed"), number.get())
+            number.set(number.get() + 1)
+        f.store(number.get(), self.integers("number"))
+
+    def _is_entry(self, base: Pointer, at: Integer) -> Bit:
+        """Whether an entry is not 0."""
+        return ~self.vectors.high(self.vectors.load(base, place_at(self.f, at))).equals(0.0)
+
+    def _fill(self, base: Pointer, count: int, which: int, rows: int, columns: int, width: Integer) -> None:
+        """The matrix of those that meet others, beside its diagonal."""
+        f, vectors, order = self.f, self.vectors, self.integers("order")
+        with f.loop(0, count) as e, f.when(self._is_entry(base, e + which)):
+            row, column = (f.load_integer(order, place_at(f, e + table)) for table in (rows, columns))
+            value = vectors.load(base, place_at(f, e + which))
+            vectors.store(value, self.place("matrix"), row * width + column)
 
     def solve(self, right: Pointer) -> None:
-        """The unknowns with K x = what is at ``right``, with a 0 behind it."""
+        """The unknowns with K x = what is at ``right``."""
+        f, vectors, count = self.f, self.vectors, self.tabled.count
+        with f.loop(0, count, LANES, tested=False) as at:
+            alone = vectors.kind.mul(self.load(right, at), self.load(self.place("alone"), at))
+            self.store(alone, self.place("solution"), at)
+        number = self._number
+        with f.when(number > 0):
+            self._solve_together(right, number, block_of(number + (LANES - 1)))
+
+    def _solve_together(self, right: Pointer, number: Integer, width: Integer) -> None:
+        """Those that meet others."""
         f, vectors, kind = self.f, self.vectors, self.vectors.kind
-        count, width, unknowns = self.tabled.count, self.tabled.width, self.place("unknowns")
-        table = self.tables.of_places([*range(count), *[count] * (width - count)])
-        with f.loop(0, width, LANES, tested=False) as at:
-            vectors.store_row(vectors.gather(right, places_at(f, at + table)), unknowns, at)
-        with f.loop(0, count, tested=False) as k, f.when(self._is_filled(k)):
-            self.take(self.everywhere(vectors.load(unknowns, k)), self.row(k), unknowns, k)
-        self.scale(unknowns, 0, self.place("inverse"))
-        with f.loop(0, count, tested=False) as done:
-            k = f.count(count - 1) - done
+        unknowns = self.place("unknowns")
+        vectors.store_row(vectors.zero(LANES), unknowns, width - LANES)
+        with f.loop(0, number, tested=False) as k:
+            vectors.store(vectors.load(right, self._listed(k)), unknowns, k)
+        with f.loop(0, number, tested=False) as k, f.when(self._is_filled(k)):
+            row = self.row(k, width)
+            self.take(self.everywhere(vectors.load(unknowns, k)), row, unknowns, k, width)
+        self.scale(unknowns, 0, self.place("inverse"), width)
+        with f.loop(0, number, tested=False) as done:
+            k = number - 1 - done
             with f.when(self._is_filled(k)):
-                row, total = self.row(k), vectors.variable(vectors.zero(LANES))
+                row, total = self.row(k, width), vectors.variable(vectors.zero(LANES))
                 with f.loop(block_of(k), width, LANES, tested=False) as j:
                     less = kind.fms(self.load(row, j), self.load(unknowns, j), vectors.operand(total.get()))
                     total.set(vectors.number(less))
                 vectors.store(vectors.total(total.get(), vectors.load(unknowns, k)), unknowns, k)
+        with f.loop(0, number, tested=False) as k:
+            vectors.store(vectors.load(unknowns, k), self.place("solution"), self._listed(k))
 
     @property
     def solution(self) -> int:
         """A table of the places of the unknowns from ``base`` on."""
-        start = self.first + self.tabled.places["unknowns"]
+        start = self.first + self.tabled.places["solution"]
         return self.tables.of_array(start + np.arange(self.tabled.count))
 
 

@@ -38,6 +38,8 @@ class ConstrainedJet(CorrectedJet):
     def __init__(self, motion: AlongMotion, tabled: SolvingTables, setting: JetSetting, name: str) -> None:
         super().__init__(setting, name)
         self.motion, self.tabled = motion, tabled
+        self.sound = self.f.variable(Bit(self.f, "true", 1))
+        """Whether what is factored is regular."""
 
     def prepared(self) -> Sequence[Total]:
         motion = self.motion
@@ -63,6 +65,12 @@ class ConstrainedJet(CorrectedJet):
     def accelerate(
         self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
+        self.force(evaluation, k, phase)
+        self.advance(evaluation, k, self.motion.final)
+        self.keep(self.motion.multipliers, k)
+
+    def force(self, evaluation: Evaluation, k: Index, phase: int | None) -> None:
+        """Coefficients k of multipliers and of accelerations, and what series have of them."""
         motion, first = self.motion, isinstance(k, int) and k == 0
         given = [motion.rest, *(one for some in motion.slopes for one in some if first)]
         evaluation.clear(added(given, [series.loop for series, _ in self.members]))
@@ -71,15 +79,11 @@ class ConstrainedJet(CorrectedJet):
             self.factor(evaluation)
         self.find(evaluation)
         self.evaluate(k, correcting=True)
-        self.advance(evaluation, k, motion.final)
-        self.keep(motion.multipliers, k)
 
     def factor(self, evaluation: Evaluation) -> None:
         """Factor what is solved with at all orders."""
         evaluation.write([self.motion.square])
-        regular = self.f.variable(Bit(self.f, "true", 1))
-        self.saddle.factor(self.at(self.motion.square, 0), self.motion.placed(self.tabled), regular)
-        self.sound = regular.get()
+        self.saddle.factor(self.at(self.motion.square, 0), self.motion.placed(self.tabled), self.sound)
 
     def find(self, evaluation: Evaluation) -> None:
         """Find the multipliers, and the accelerations from these."""
@@ -89,11 +93,16 @@ class ConstrainedJet(CorrectedJet):
             evaluation.write([one])
         solve(self.saddle, self.at(motion.sides[-1], 0), self.at(motion.multipliers, 0), zeroed=True)
         evaluation.add([motion.rates])
+        self.finish(evaluation)
+
+    def finish(self, evaluation: Evaluation) -> None:
+        """The accelerations as they are followed."""
+        motion = self.motion
         if motion.final is not motion.rates and isinstance(motion.final, Total):
             evaluation.write([motion.final])
 
     def regular(self) -> Bit:
-        return regular_masses(self) & self.sound
+        return regular_masses(self) & self.sound.get()
 
 
 def solve(saddle: Saddle, right: Pointer, to: Pointer, *, zeroed: bool = False) -> None:

@@ -44,7 +44,7 @@ class TogetherJet(ConstrainedJet):
         if self.factors is None:
             super().factor(evaluation)
         else:
-            self.sound = self.factors.regular(self.vectors, self.at(self.factors.array, 0))
+            self.sound.set(self.factors.regular(self.vectors, self.at(self.factors.array, 0)))
 
     def find(self, evaluation: Evaluation) -> None:
         evaluation.write([self.motion.right])
