@@ -145,6 +145,9 @@ class GuardRows:
     bounces: tuple[tuple[int, int], ...] = ()
     """Guards of impacts that reduce the speed, each with that of its contact, or -1 where it has none; if the
     actions of any of these are simple."""
+    reached: tuple[tuple[int, int], ...] = ()
+    """Guards of impacts that act on one another, each with the coordinates on which it depends: an action is
+    simple only while no other one touches that depends on what it sets."""
 
     @property
     def count(self) -> int:

@@ -81,7 +81,9 @@ class Interface:
     direction, its role, and that number for resting contact, ``EXPLICIT`` where its force follows from other
     forces alone, ``LOOSE`` for an impact without contact, or ``SIMPLE``. ``changed`` are the new values that
     actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
-    events: a simple action, and what it changes the argument of. ``@act`` computes new values, two sizes of
+    events: a simple action, and what it changes the argument of. ``reached`` are the coordinates on which
+    impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these
+    where nothing else touches. ``@act`` computes new values, two sizes of
     each event's argument, and the ``masses`` that actions change, of these particles. ``@constrain``
     computes so many ``constraints``, their rates, and the entries of the matrix of the equations that
     ``pattern`` names; only where an action may leave the constraints.
@@ -107,6 +109,7 @@ class Interface:
     vectors: tuple[tuple[int, tuple[int, ...]], ...]
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
+    reached: tuple[tuple[int, int], ...]
     masses: tuple[str, ...]
     constraints: int
     pattern: tuple[tuple[int, int], ...]
@@ -190,7 +193,10 @@ class Interface:
         rests = (j for j, one in enumerate(made) if one.role is Role.REST)
         held = [(e, next(rests) if kind != LOOSE else -1) for e, (*_, kind) in self.slowing.items()]
         bounces = tuple((switches + e, rest) for e, rest in held) if self.bounces else ()
-        return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected, bounces)
+        reached = tuple((switches + e, place) for e, place in self.reached)
+        return GuardRows(
+            first, arguments, tuple(made), len(self.parameters), changed, affected, bounces, reached
+        )
 
     @cached_property
     def places(self) -> Any:

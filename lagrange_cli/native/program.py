@@ -209,6 +209,7 @@ def interface_of(
         events=events,
         changed=changed,
         affected=affected,
+        reached=(),
         masses=tuple(masses_of(model)) if steps.any else (),
         constraints=len(observing.multipliers),
         pattern=tuple((j, k) for j, row in enumerate(entries) for k in row),

@@ -98,7 +98,7 @@ def with_actions(
     """
     if not events.changed.size:
         return events
-    n, (_, places) = builder.q.count, events.changed
+    n, (acting, places) = builder.q.count, events.changed
     read = Reading(builder, events.arguments)
     refuse_masses(builder, events, masses)
     states = EventStates(builder, events)
@@ -107,7 +107,7 @@ def with_actions(
     simple, pairs = simple_in(events, read)
     contacts = None if impacts is None else impacts.contacts
     if isinstance(contacts, Coupled):
-        simple[:] = False
+        simple[acting[(places < n) | (places >= 2 * n)]] = False
     elif contacts is not None:
         simple[disturbing(events, contacts, n)] = False
     if bound is not None:

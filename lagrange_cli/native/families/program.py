@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.banded_masses import BandedMasses
 from lagrange_cli.native.families.coupling import of_families
@@ -79,7 +80,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=() if self.modes is None else tuple(self.modes.vectors),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
-            affected=self.events.affected if self.events else (), masses=(),
+            affected=self.events.affected if self.events else (), reached=self.reached(), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count,
             pattern=self.pattern,
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -250,6 +251,17 @@ class FamilyProgram(Returning, Observation, MotionJets):
         roles[self.events.simple] = int(Role.CHANGE)
         listed = enumerate(zip(self.events.directions.tolist(), roles.tolist()))
         return tuple((direction, role, kinds.get(e, SIMPLE)) for e, (direction, role) in listed)
+
+    def reached(self) -> tuple[tuple[int, int], ...]:
+        """The coordinates on which impacts depend that act on one another, if any of them is simple."""
+        contact = self.contact
+        if self.motion is None or self.events is None or not isinstance(contact, Coupled):
+            return ()
+        if not self.events.simple.any():
+            return ()
+        bounds = [one for one in contact.bonds.bounds if one.numbers[0] >= contact.fixed]
+        pairs = [np.stack([contact.events[b.numbers - contact.fixed], rows]) for b in bounds for rows in b.rows]
+        return tuple(zip(*np.concatenate(pairs, axis=1).tolist()))
 
     def shared(self) -> str:
         """The functions by which threads share work, if they do; their board is the next array."""

@@ -31,6 +31,9 @@ ROUNDING = 2.0**-44
 SOON = 2.0**-29
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
 tells, the caller decides whether the motion rests."""
+TOUCHING = 2.0**-34
+"""Up to this part of its terms an argument may be 0 at the same time as another one, but for what rounding
+does along a long way."""
 DOUBTFUL = 8.0
 """The height of a flight is known from values of the argument up to this factor, where rounding may hide
 it."""
@@ -47,6 +50,8 @@ class ActionCode:
     """Doubles from a coefficient of an argument to the next one."""
     alone: bool = False
     """Whether ``@act_alone`` gives what one event's action sets. Then what events do is looked up, too."""
+    row: int = 1
+    """The same from an argument to the next one."""
     interpolated: bool = False
     """Whether series are polynomials through values. Then the caller decides on flights that these may not
     show."""
@@ -79,6 +84,13 @@ class ActionCode:
             every = range(self.rows.count)
             tables.append(table("bounces", [numbers.get(j, NOTHING) for j in every]))
             tables.append(table("rests_at", [rests.get(j, NOTHING) for j in every]))
+        if self.rows.reached:
+            listed = sorted(self.rows.reached)
+            each = Counter(guard for guard, _ in listed)
+            starts = accumulate(each.values(), initial=0)
+            tables.append(table("touching", [*each]))
+            tables.append(table("reached_first", [*starts]))
+            tables.append(table("reached", [self.layout.degrees + place for _, place in listed]))
         return [*tables, self._change().text()]
 
     @property
@@ -98,7 +110,7 @@ class ActionCode:
         with f.when(~(count + 1 < rows.records(layout))):
             f.give(left)
         time = f.place(state, layout.time)
-        if self.alone:
+        if self.alone and not rows.reached:
             f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
         else:
             f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
@@ -106,6 +118,8 @@ class ActionCode:
         with self._own(f, *changed) as i, f.when(~(f.magnitude(f.load(results, i)) <= HUGE)):
             f.give(left)
         if rows.bounces:
+            if rows.reached:
+                self._leave_touching(f, j, results)
             self._bounce(f, j, results)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
@@ -144,6 +158,26 @@ class ActionCode:
         first, last = (f.load_integer(f"@{name}_first", one) for one in (j, j + 1))
         with f.loop(first, last) as k:
             yield f.load_integer(f"@{name}_order", k)
+
+    def _leave_touching(self, f: Function, j: Integer, results: Pointer) -> None:
+        """Leave to the caller what moves something that touches something else, or rests on it."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        touching = len({guard for guard, _ in rows.reached})
+        with f.loop(0, touching, tested=False) as k:
+            other = f.load_integer("@touching", k)
+            held = f.load(state, f.load_integer("@rests_at", other) + rows.mode(layout))
+            size = f.load(results, (other - rows.first_event) * 2 + len(rows.changed))
+            apart = f.load_integer("@guard_rows", other) - f.load_integer("@guard_rows", j)
+            value = f.magnitude(f.load("%row", apart * self.row + self.term))
+            marked = f.load(state, other + rows.fresh(layout)) > 0.0
+            near = ~held.equals(0.0) | marked | ~(value > size * TOUCHING)
+            with f.when(near & ~other.equals(j)):
+                first, last = (f.load_integer("@reached_first", one) for one in (k, k + 1))
+                with f.loop(first, last) as r:
+                    place = f.load_integer("@reached", r)
+                    with self._own(f, "changed", len(rows.changed), j) as i:
+                        with f.when(f.load_integer("@changed_places", i).equals(place)):
+                            f.give(f.count(LEFT))
 
     def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
