@@ -213,8 +213,7 @@ class Happenings:
         t, low, lengths = (
             memories[which, layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW, Clock.LENGTH)
         )
-        starts = range(0, program.parts * layout.width, layout.width)
-        states = memories[np.ix_(which, np.concatenate([start + sides.outer for start in starts]))]
+        states = memories[which[:, None], sides.places]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             beyond = rates[0] ** 2 / (4.0 * np.abs(rates[1]))
             along = np.abs(rates) * lengths ** np.array([[1.0], [2.0], [3.0]])  # what cancels along the step

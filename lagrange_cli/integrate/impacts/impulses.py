@@ -81,6 +81,15 @@ class Impulses:
             self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
         return self._met(state, high) and self._polished() and self._stay(state[:degrees], rows, changed)
 
+    def impulse(self, state: Array, changed: Collection[int]) -> Array:
+        """The changes of velocities by forces of constraint after those of the rows ``changed`` of a
+        ``state`` were set, but for rounding."""
+        n = self._program.degrees
+        if self._settling.machine.project is None or self._untouched(changed):
+            return np.zeros(n)
+        free = [row - n for row in range(n, 2 * n) if row not in changed]
+        return self._step(state[: self._program.rows], 1, free)
+
     def _met(self, state: Array, high: Array) -> bool:
         """Whether a state that was moved far satisfies constraints much better: Newton's method may end where
         their slopes are 0."""

@@ -29,7 +29,7 @@ class Pushes:
         self._sides, self._events, self._where, self._usual = sides, events, where, usual
         n = sides.program.degrees
         self._q, self._v = sides.outer[:n], sides.outer[n : 2 * n]
-        self._now = sides.memory[self._v].copy()
+        self._now, self._impulses = sides.memory[self._v].copy(), Impulses(sides.settling)
         self._speeds = self._relative(np.zeros(n))
 
     def _relative(self, change: Array) -> Array:
@@ -54,17 +54,14 @@ class Pushes:
         length = float(np.linalg.norm(towards))
         if not length > 0.0:
             return None
-        memory = sides.memory.copy()
-        sides.memory[self._v] = self._now + SLOWLY * self._usual / length * towards
-        sides.begin_anew()
-        Impulses(sides.settling).close(sides.state(sides.memory), sides.outer, ())
-        before = sides.memory[self._v].copy()
-        values, _ = sides.act_now()
-        done = sides.put(event, values) and sides.close(event)
-        change = sides.memory[self._v] - before
-        sides.memory[:] = memory
-        sides.settling.prepare()
-        return change if done else None
+        state = sides.state(sides.memory)
+        own = state[n : 2 * n]
+        own += SLOWLY * self._usual / length * towards
+        own += self._impulses.impulse(state, ())
+        before = own.copy()
+        state[places[:, 1] + n] = sides.act_on(state)[0][0, places[:, 0]]
+        own += self._impulses.impulse(state, (places[:, 1] + n).tolist())
+        return own - before if np.all(np.isfinite(own)) else None
 
     def coupled(self, chosen: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array, Array]:
         """The ``chosen`` contacts, and those that are coupled with them: their numbers, the changes of all

@@ -42,6 +42,9 @@ class Sides:
         program = settling.machine.program
         self.settling, self.memory, self.program, self.outer = settling, settling.memory, program, outer
         self.layout, self.guards = program.inner, program.rows_of_guards
+        starts = range(0, program.parts * self.layout.width, self.layout.width)
+        self.places = np.concatenate([start + outer for start in starts])
+        """Those rows in the memory, of all parts."""
         self.first = len(program.guards)
         """The guard of the first event."""
         self.modes = settling.modes[self.first : self.first + len(program.events)]
@@ -103,8 +106,8 @@ class Sides:
 
     def state(self, memory: Array) -> Array:
         """The rows outside, of all parts."""
-        starts = range(0, self.program.parts * self.layout.width, self.layout.width)
-        return np.concatenate([memory[start + self.outer] for start in starts])
+        rows: Array = memory[self.places]
+        return rows
 
     def parameters(self) -> Array:
         """The parameters of the run, of all parts: actions may have changed them."""

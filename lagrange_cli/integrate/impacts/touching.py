@@ -52,7 +52,7 @@ class Touching:
 
     def __init__(self, sides: Sides, guards: Mapping[int, int]) -> None:
         self._sides, self._settling = sides, sides.settling
-        self._events = np.array([*guards], dtype=np.intp)
+        self._events, self._own = np.array([*guards], dtype=np.intp), frozenset(guards)
         self._rests = np.array([*guards.values()], dtype=np.intp)
         self.time = 0.0
         """How long the motion takes until now."""
@@ -81,7 +81,7 @@ class Touching:
     def fastest(self, event: int, noise: Array) -> int:
         """Of impacts at the same time as an event's, if it is one, too, the fastest beside the ``noise``: the
         others would hit one another very often before it."""
-        found = self.due(noise) if event in self._events.tolist() else None
+        found = self.due(noise) if event in self._own else None
         return event if found is None else found
 
     def due(self, noise: Array) -> int | None:
@@ -96,12 +96,15 @@ class Touching:
 
     def _due(self, noise: Array) -> NDArray[np.bool_]:
         """Which impacts happen now."""
-        sides, own = self._sides, self._events
+        sides, found = self._sides, self._at_zero()
+        which = np.flatnonzero(found)  # a few of many
+        own = self._events[which]
         values, rates = sides.all_coefficients()[own, :2].T
-        found: NDArray[np.bool_] = rates * sides.modes[own] < -noise[own]
-        found &= sides.modes[own] * sides.directions[own] <= 0.0
+        modes = sides.modes[own]
+        due = (rates * modes < -noise[own]) & (modes * sides.directions[own] <= 0.0)
         reached = np.fmax(LEFT * sides.sizes()[own, 0], ROUNDING * self.time * np.abs(rates))
-        found &= self._at_zero() & ((sides.marks[own] > 0.0) | (np.abs(values) <= reached))
+        due &= (sides.marks[own] > 0.0) | (np.abs(values) <= reached)
+        found[which] = due
         return found
 
     def now(self) -> NDArray[np.intp]:
@@ -129,14 +132,14 @@ class Touching:
         return np.where(held != 0.0, held, self._sides.modes[self._events])
 
     def _pressed(self, noise: Array) -> Pressed:
-        sides, own = self._sides, self._events
-        held, where = self._settling.modes[self._rests], self._where()
+        sides, held = self._sides, self._settling.modes[self._rests] != 0.0
+        which = np.flatnonzero(self._at_zero() | held)
+        own, where = self._events[which], self._where()[which]
         touches = np.abs(sides.all_coefficients()[own, 1]) <= noise[own]
-        touches &= self._at_zero() & (sides.modes[own] != 0.0)
-        touches |= held != 0.0
+        touches &= self._at_zero()[which] & (sides.modes[own] != 0.0)
+        touches |= held[which]
         touches &= where * sides.directions[own] <= 0.0
-        which = np.flatnonzero(touches)
-        return Pressed(which, where[which])
+        return Pressed(which[touches], where[touches])
 
     def _choose(self, pressed: Pressed) -> None:
         """Which of them hold."""
