@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 
 BEYOND = 4
@@ -17,17 +18,19 @@ its last ones, which tell where it converges (``native.stepping.roots``)."""
 
 
 def order_of_all(system: FamilySystem) -> float:
-    """The order of q's series by which that of the motion, and those of the arguments of events, have ended;
-    infinite where some do not end."""
-    special = (system.joints, system.bonds, system.smooth, system.contacts)
-    if any(one is not None for one in special):
+    """The order of q's series by which that of the motion, and those of the arguments of events and of forces
+    of contact, have ended; infinite where some do not end."""
+    special = (system.joints, system.bonds, system.smooth)
+    if any(one is not None for one in special) or isinstance(system.contacts, Coupled):
         return math.inf
     moving = {system.q: math.inf, system.v: math.inf}
     if degree_of(system, system.forces, moving, math.inf) > 0:
         return math.inf
     own = 2.0 if system.forces.terms else 1.0
     degrees = {system.q: own, system.v: own - 1.0}
-    beside = 0.0 if system.events is None else degree_of(system, system.events.arguments, degrees, 1.0)
+    followed = [] if system.events is None else [system.events.arguments]
+    followed += [] if system.contact is None else [system.contact.multipliers]
+    beside = max((degree_of(system, one, degrees, 1.0) for one in followed), default=0.0)
     return 2.0 * max(own, beside) + BEYOND
 
 

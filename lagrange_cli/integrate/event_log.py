@@ -29,6 +29,7 @@ class EventLog(HappenedSink):
     def __init__(self, prepared: Prepared, samples: Samples, emit: Callable[[dict[str, Any]], None]) -> None:
         self._prepared, self._samples, self._emit = prepared, samples, emit
         super().__init__(tuple(name for group in prepared.recording.events for name in group.members))
+        self.states = samples.balances
         self._crossings: list[Crossings] = []
         self._gathered = 0
 

@@ -86,6 +86,8 @@ class EventSink:
     """The names of the events, by number."""
     before = 0
     """Crossings in an earlier run, which this one continues."""
+    states = True
+    """Whether changes of the state alone matter, or those of parameters only."""
 
     def crossed(self, crossings: Crossings) -> None:
         """Events have happened."""
@@ -107,25 +109,33 @@ class HappenedSink(EventSink):
     """Keeps the record of each event."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
+        import numpy as np
+
         self.names, self._happened = names, [Happened() for _ in names]
+        self._counts, self._last = np.zeros(len(names), dtype=np.int64), np.full(len(names), np.nan)
 
     @property
     def happened(self) -> tuple[Happened, ...]:
         """The record of each event, by number."""
+        for event in self._counts.nonzero()[0].tolist():
+            before, count = self._happened[event], int(self._counts[event])
+            last = float(self._last[event])
+            self._happened[event] = replace(before, count=before.count + count, last=last)
+        self._counts[:] = 0
         return tuple(self._happened)
 
     def crossed(self, crossings: Crossings) -> None:
-        for event in sorted({*crossings.events.tolist()}):
-            own = crossings.events == event
-            before, times = self._happened[event], crossings.t[own]
-            worst = int(crossings.errors[own].argmax())
-            error, blurred = float(crossings.errors[own][worst]), float(times[worst])
-            if error <= before.error:
-                error, blurred = before.error, before.blurred
-            found = {"count": before.count + len(times), "last": float(times[-1])}
-            self._happened[event] = replace(before, **found, error=error, blurred=blurred)
-            for t in crossings.t[own & crossings.grazing].tolist():
-                self.grazed(event, t)
+        import numpy as np
+
+        np.add.at(self._counts, crossings.events, 1)
+        self._last[crossings.events] = crossings.t  # of those of one event the last
+        for k in crossings.errors.nonzero()[0].tolist():
+            event, error = int(crossings.events[k]), float(crossings.errors[k])
+            if error > self._happened[event].error:
+                blurred = float(crossings.t[k])
+                self._happened[event] = replace(self._happened[event], error=error, blurred=blurred)
+        for k in crossings.grazing.nonzero()[0].tolist():
+            self.grazed(int(crossings.events[k]), float(crossings.t[k]))
 
     def grazed(self, event: int, t: float) -> None:
         before = self._happened[event]

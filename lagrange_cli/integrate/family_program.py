@@ -63,14 +63,15 @@ def write_families(
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system, compilation.method)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
-    if order > RATES and compilation.order is None and not integrands and not proven:
-        order = int(min(order, max(STEPPING, order_of_all(system))))
+    ends = order > RATES and compilation.order is None and not integrands and not proven
     followed = system
     if system.smooth is not None:
         followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
         integrands = {name: (changed[one], index) for name, (one, index) in integrands.items()}
     if order > RATES or scheme:
         followed = with_contacts(followed)
+    if ends and system.smooth is None:
+        order = int(min(order, max(STEPPING, order_of_all(followed))))
     if compilation.backward:
         from lagrange_cli.families.backward import Reversal
 

@@ -66,7 +66,8 @@ class Samples:
         """The observed quantities at the start."""
         self._base: dict[str, float] = {}
         """The same, and what actions have added to it."""
-        self._balances = any(one.making is Making.BALANCE for one in prepared.recording.made)
+        self.balances = any(one.making is Making.BALANCE for one in prepared.recording.made)
+        """Whether actions change what is written beside the state."""
         self._places = ObservedPlaces(prepared.machine.program.quantities)
         momenta = tuple(f"p_{name}" for name in prepared.recording.coordinates)
         self._momenta = momenta if self._places.keys() >= set(momenta) else None
@@ -87,7 +88,7 @@ class Samples:
 
     def change(self, change: Change) -> None:
         """Record the changes of an action, before the samples that follow it."""
-        if self._balances or not np.array_equal(*change.parameters):
+        if self.balances or not np.array_equal(*change.parameters):
             self._changes.append(change)
 
     def accept(self, times: Array, states: Array, judge: Judge | None = None) -> int:

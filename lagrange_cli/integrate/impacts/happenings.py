@@ -69,6 +69,9 @@ class Happenings:
         self._standstill = Standstill(sides, self._resting)
         self._count, self._most = sink.before, limit("events")
         self._jumping = jumping
+        motion = 2 * self._program.degrees
+        self._matter = sink.states or any(place >= motion for _, place in self._program.changed)
+        """Whether what compiled code does matters to the sink."""
 
     def begin(self) -> Finished | None:
         """Choose the sides where the motion begins: a zero there is no event, unless an action turns the
@@ -127,7 +130,7 @@ class Happenings:
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
         numbers, *rates = records[:, [self._layout.at(one) for one in NOTES]].T
-        for k in np.flatnonzero(numbers == AFTER):
+        for k in np.flatnonzero(numbers == AFTER) if self._matter else ():
             before, after = records[k - 1], records[k]
             passed = sample + int(before[self._layout.at(SAMPLE)])
             states = self._sides.state(before), self._sides.state(after)

@@ -58,7 +58,7 @@ class BackwardEvents(EventSink):
 
     def __init__(self, program: Interface, sink: EventSink) -> None:
         self._program, self._sink = program, sink
-        self.names, self.before = sink.names, sink.before
+        self.names, self.before, self.states = sink.names, sink.before, sink.states
 
     def crossed(self, crossings: Crossings) -> None:
         times = {name: reversed_time(getattr(crossings, name)) for name in ("t", "low")}
