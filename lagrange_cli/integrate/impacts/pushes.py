@@ -54,14 +54,13 @@ class Pushes:
         length = float(np.linalg.norm(towards))
         if not length > 0.0:
             return None
-        state = sides.state(sides.memory)
-        own = state[n : 2 * n]
+        state, change = sides.state(sides.memory), np.zeros(n)
+        own, which = state[n : 2 * n], places[:, 1]
         own += SLOWLY * self._usual / length * towards
-        own += self._impulses.impulse(state, ())
-        before = own.copy()
-        state[places[:, 1] + n] = sides.act_on(state)[0][0, places[:, 0]]
-        own += self._impulses.impulse(state, (places[:, 1] + n).tolist())
-        return own - before if np.all(np.isfinite(own)) else None
+        change[which] = sides.act_on(state)[0][0, places[:, 0]] - own[which]
+        own[:] = self._now + change
+        change += self._impulses.impulse(state, (n + which).tolist())
+        return change if np.isfinite(change).all() else None
 
     def coupled(self, chosen: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array, Array]:
         """The ``chosen`` contacts, and those that are coupled with them: their numbers, the changes of all
