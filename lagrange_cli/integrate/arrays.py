@@ -39,6 +39,11 @@ def beside_one_another(*sizes: int) -> list[Array]:
     return [buffer[first + place : first + place + size] for place, size in zip(places, sizes)]
 
 
+def largest_of(numbers: Array) -> float:
+    """The largest magnitude of some numbers; 0 if there are none."""
+    return float(np.abs(numbers).max(initial=0.0))
+
+
 def at_one_state(
     function: Callable[..., None], constants: Array, times: Array, state: Array, count: int
 ) -> Array:

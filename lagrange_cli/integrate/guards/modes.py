@@ -14,6 +14,8 @@ from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
@@ -143,10 +145,10 @@ class Modes:
         self._series()
         return [self._coefficients(row) for row in rows]
 
-    def values_of(self, rows: Sequence[int]) -> Array:
+    def values_of(self, rows: NDArray[np.intp]) -> Array:
         """The rates of some rows."""
         self._series()
-        found: Array = self._here.coefficients[np.asarray(rows, dtype=np.intp) - self._layout.v.start, 0]
+        found: Array = self._here.coefficients[rows - self._layout.v.start, 0]
         return found
 
     def coefficients_between(self, start: int, stop: int) -> Array:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.ending import Ending, Finished
 from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.guards.modes import ROUNDING
@@ -141,7 +142,7 @@ class Happenings:
         if self._standstill.released:
             pairs = zip(events, records[:, self._layout.time])
             crossed &= [not self._standstill.leaving(int(e), float(t)) for e, t in pairs]
-        if not np.any(crossed):
+        if not crossed.any():
             return None
         self._resting.released.difference_update(events[crossed].tolist())
         return self._crossed(records, np.flatnonzero(crossed), events[crossed], np.array(rates)[:, crossed])
@@ -261,7 +262,7 @@ class Happenings:
         moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
         chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
         chosen[event] = True
-        resting = [e for e in np.flatnonzero(sides.modes == 0.0).tolist() if e in self._resting.guards]
+        resting = np.flatnonzero((sides.modes == 0.0) & self._resting.rests)
         chosen[resting] = False
         self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
@@ -303,7 +304,7 @@ class Happenings:
         sides, n = self._sides, self._program.degrees
         there = sides.state(sides.memory)
         values = sides.act_on(there)[0][0]
-        least = ROUNDING * float(np.max(np.abs(before[n : 2 * n])))
+        least = ROUNDING * largest_of(before[n : 2 * n])
         own = [(i, place) for i, place in sides.sets[event] if n <= place < 2 * n]
         return any(abs(values[i] - there[place]) > least for i, place in own)
 

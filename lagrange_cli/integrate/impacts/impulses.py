@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import at_one_state
+from lagrange_cli.integrate.arrays import at_one_state, largest_of
 from lagrange_cli.integrate.impacts.sparse_impulses import ENOUGH
 from lagrange_cli.native.state import Clock
 
@@ -51,8 +51,8 @@ def least_change(masses: Array, slopes: Array, off: Array, free: Sequence[int]) 
         found: Array = along @ np.linalg.solve(own @ along, off)
     except np.linalg.LinAlgError:
         return None
-    left = float(np.max(np.abs(off - own @ found), initial=0.0))
-    return found if left <= EXACT * np.max(np.abs(off), initial=0.0) else None
+    left = largest_of(off - own @ found)
+    return found if left <= EXACT * largest_of(off) else None
 
 
 class Impulses:
@@ -76,7 +76,7 @@ class Impulses:
             for _ in range(MOST):
                 moved = self._step(high, part, free)
                 high[own] += moved
-                if part or not np.max(np.abs(moved), initial=0.0) > NEAR * np.max(np.abs(high), initial=0.0):
+                if part or not largest_of(moved) > NEAR * largest_of(high):
                     break  # of velocities, constraints are linear
             self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
         return self._met(state, high) and self._polished() and self._stay(state[:degrees], rows, changed)
@@ -95,13 +95,13 @@ class Impulses:
         their slopes are 0."""
         degrees = self._program.degrees
         far = np.max(np.abs(high - state[: len(high)])[:degrees], initial=0.0)
-        if not far > SLIGHTLY * np.max(np.abs(state[:degrees]), initial=0.0):
+        if not far > SLIGHTLY * largest_of(state[:degrees]):
             return True
         return self._off(high) <= MET * self._off(state[: len(high)])
 
     def _off(self, high: Array) -> float:
         """By how much constraints are not satisfied."""
-        return float(np.max(np.abs(self._evaluated(high)[: self._program.constraints]), initial=0.0))
+        return largest_of(self._evaluated(high)[: self._program.constraints])
 
     def _untouched(self, changed: Collection[int]) -> bool:
         """Whether the rows ``changed`` are velocities that none of many constraints contains."""
@@ -113,7 +113,7 @@ class Impulses:
 
     def _stay(self, coordinates: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
         """Whether the ``coordinates`` that were set are still where the action has put them."""
-        scale = SLIGHTLY * float(np.max(np.abs(coordinates), initial=0.0))
+        scale = SLIGHTLY * largest_of(coordinates)
         own = [row for row in changed if row < len(coordinates)]
         return all(abs(self._memory[rows[row]] - coordinates[row]) <= scale for row in own)
 
@@ -149,7 +149,7 @@ class Impulses:
             moved = np.zeros(degrees)
             moved[[*some]] = solution[: len(some)]
             left = off - matrix[degrees:, :degrees] @ moved
-            if not np.max(np.abs(left), initial=0.0) > ENOUGH * np.max(np.abs(off), initial=0.0):
+            if not largest_of(left) > ENOUGH * largest_of(off):
                 break
         return moved
 
@@ -174,8 +174,8 @@ class Impulses:
         for k in range(MOST):
             before, state = float(memory[place]), memory[: 2 * n].copy()
             project(self._settling.constants.ctypes.data, memory.ctypes.data)
-            changes = [float(np.max(np.abs(memory[one] - state[one]), initial=0.0)) for one in parts]
-            sizes = [float(np.max(np.abs(state[one]), initial=0.0)) for one in parts]
+            changes = [largest_of(memory[one] - state[one]) for one in parts]
+            sizes = [largest_of(state[one]) for one in parts]
             noise = k >= PATIENCE and all(
                 change <= NEAR * size and not 0.0 < change < 0.5 * earlier
                 for change, size, earlier in zip(changes, sizes, last)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.impacts.impulses import Impulses
 
@@ -35,7 +36,7 @@ class Pushes:
     def _relative(self, change: Array) -> Array:
         """The rates of the events' arguments after a change of the velocities."""
         sides, memory = self._sides, self._sides.memory.copy()
-        if np.any(change):
+        if change.any():
             sides.memory[self._v] = self._now + change
             sides.begin_anew()
         found: Array = sides.all_coefficients()[self._events, 1].copy()
@@ -88,5 +89,5 @@ class Pushes:
     def move(self, changes: Array) -> None:
         """Change coordinates and velocities (n, 2)."""
         for rows, change in zip((self._q, self._v), changes.T):
-            self._sides.move(rows, change, NOTHING * np.max(np.abs(change), initial=0.0))
+            self._sides.move(rows, change, NOTHING * largest_of(change))
         self._sides.begin_anew()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.impacts.at_once import AtOnce
 from lagrange_cli.integrate.impacts.sides import Sides
@@ -16,6 +16,8 @@ from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
 
 SOON = 2.0**-30, 2.0**-44
@@ -58,6 +60,12 @@ class Resting:
         events = (e for e, one in sides.program.slowing.items() if one[2] != LOOSE)
         self.guards = dict(zip(events, rests))
         """The guards of resting contact, by event."""
+        count = len(sides.program.events)
+        self._rests, self._rows = np.zeros((2, count), dtype=np.intp)
+        for event, rest in self.guards.items():
+            self._rests[event], self._rows[event] = rest, sides.guards.guards[rest].row
+        self.rests = self._rests > 0
+        """Whether motions may rest at an event."""
         self.released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
         self._touching = Touching(sides, self.guards)
@@ -204,8 +212,8 @@ class Resting:
         """How long all further impacts may take, beside a step of this ``length``."""
         sides, which = self._sides, self._sides.program.parts - 1
         length = min(length, sides.now - self._start)
-        pull = float(np.max(np.abs(sides.settling.accelerations())))
-        speed = float(np.max(np.abs(sides.memory[sides.layout.part(0)][sides.layout.v])))
+        pull = largest_of(sides.settling.accelerations())
+        speed = largest_of(sides.memory[sides.layout.part(0)][sides.layout.v])
         usual = min(length, speed / pull) if pull else length
         return max(SOON[which] * length, SHORT[which] * usual)
 
@@ -243,18 +251,18 @@ class Resting:
             settling.mark([j])
             settling.prepare()
 
-    def go_on(self, events: Sequence[int], speeds: Array, noise: Array) -> None:
+    def go_on(self, events: NDArray[np.intp], speeds: Array, noise: Array) -> None:
         """Rest on at these events after the action of another one, where that has given the motion no speed,
         which is more than ``noise`` (all events,): what it had at rest is a rounding error."""
         settling = self._sides.settling
-        while events:
-            rests = np.array([self.guards[e] for e in events])
-            forces = settling.values_of([self._sides.guards.guards[one].row for one in rests])
-            firm = (np.abs(speeds[events]) <= noise[events]) & (forces * settling.modes[rests] > 0.0)
+        while len(events):
+            forces = settling.values_of(self._rows[events]) * settling.modes[self._rests[events]]
+            firm = (np.abs(speeds[events]) <= noise[events]) & (forces > 0.0)
             if firm.all():
                 return
             first = int(np.argmin(firm))
-            self._try(events[first], float(speeds[events[first]]), float(noise[events[first]]))
+            event = int(events[first])
+            self._try(event, float(speeds[event]), float(noise[event]))
             events = events[first + 1 :]  # may rest on others
 
     def _try(self, event: int, speed: float, noise: float) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import at_one_state
+from lagrange_cli.integrate.arrays import at_one_state, largest_of
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.guards.latest import Latest
 from lagrange_cli.integrate.guards.modes import ROUNDING
@@ -264,7 +264,7 @@ class Sides:
     def counting(self, values: Array, rate: float) -> Iterator[float]:
         """The ``values`` of an argument's coefficients behind the first that are more than rounding, where
         the terms of its rate are as large as ``rate``; the series was computed just now."""
-        speed = float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v])))
+        speed = largest_of(self.memory[self.layout.part(0)][self.layout.v])
         scale = self.settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
         sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
         return (float(one) for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)

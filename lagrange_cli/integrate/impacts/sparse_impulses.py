@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import largest_of
+
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.interface import Interface
@@ -35,7 +37,7 @@ def sparse_step(
     for free in choices:
         own, kept = len(free), np.array([*free, *range(n, n + count)], dtype=np.int64)
         matrix = whole[kept][:, kept]
-        mass = float(np.max(np.abs(matrix.diagonal()[:own]), initial=0.0))
+        mass = largest_of(matrix.diagonal()[:own])
         shift = SHIFT * most**2 / (mass or 1.0) or 1.0
         right, solution = np.concatenate([np.zeros(own), off]), np.zeros(own + count)
         try:
@@ -47,6 +49,6 @@ def sparse_step(
         moved[:] = 0.0
         moved[kept[:own]] = solution[:own]
         left = off - whole[n:, :n] @ moved
-        if not np.max(np.abs(left), initial=0.0) > ENOUGH * np.max(np.abs(off), initial=0.0):
+        if not largest_of(left) > ENOUGH * largest_of(off):
             break
     return moved if np.all(np.isfinite(moved)) else None

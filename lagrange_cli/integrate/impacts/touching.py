@@ -58,7 +58,8 @@ class Touching:
         """How long the motion takes until now."""
         self.near = np.zeros(len(sides.program.events))
         """How far from 0 arguments are by rounding, at most: besides what their own terms tell."""
-        self._rows = [sides.guards.guards[one].row for one in guards.values()]
+        rows = [sides.guards.guards[one].row for one in guards.values()]
+        self._rows = np.array(rows, dtype=np.intp)
 
     def rest(self, noise: Array, same: int, unseen: float = 0.0) -> None:
         """Let bodies rest on each other that touch, where relative velocities are no more than ``noise`` (all
@@ -67,10 +68,10 @@ class Touching:
         if not len(self._events):
             return
         due = self._due(noise)
-        if np.any(due):
+        if due.any():
             count = int(np.count_nonzero(self._at_zero()))
             seen = np.abs(self._sides.all_coefficients()[self._events[due], 1]) > unseen
-            often = EACH * count * (MORE + count) if np.any(seen) else count
+            often = EACH * count * (MORE + count) if seen.any() else count
             if not same > often or not self._collapse(noise):
                 return
         pressed = self._pressed(noise)
@@ -146,7 +147,7 @@ class Touching:
         settling, which, pivoting = self._settling, pressed.events, Pivoting()
         for _ in range(ROUNDS * (len(which) + 1)):
             held = settling.modes[self._rests[which]] != 0.0
-            forces = settling.values_of([self._rows[k] for k in which]) * pressed.sides
+            forces = settling.values_of(self._rows[which]) * pressed.sides
             bends = self._sides.all_coefficients()[self._events[which], 2] * pressed.sides
             noise = ROUNDING * settling.scale()[1]
             wrong = np.where(held, ~(forces > 0.0), bends < -noise)

@@ -259,8 +259,12 @@ class FamilyProgram(Returning, Observation, MotionJets):
             return ()
         if not self.events.simple.any():
             return ()
-        bounds = [one for one in contact.bonds.bounds if one.numbers[0] >= contact.fixed]
-        pairs = [np.stack([contact.events[b.numbers - contact.fixed], rows]) for b in bounds for rows in b.rows]
+        pairs = [
+            np.stack([contact.events[one.numbers - contact.fixed], rows])
+            for one in contact.bonds.bounds
+            for rows in one.rows
+            if one.numbers[0] >= contact.fixed
+        ]
         return tuple(zip(*np.concatenate(pairs, axis=1).tolist()))
 
     def shared(self) -> str:

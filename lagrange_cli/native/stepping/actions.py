@@ -175,9 +175,11 @@ class ActionCode:
                 first, last = (f.load_integer("@reached_first", one) for one in (k, k + 1))
                 with f.loop(first, last) as r:
                     place = f.load_integer("@reached", r)
-                    with self._own(f, "changed", len(rows.changed), j) as i:
-                        with f.when(f.load_integer("@changed_places", i).equals(place)):
-                            f.give(f.count(LEFT))
+                    with (
+                        self._own(f, "changed", len(rows.changed), j) as i,
+                        f.when(f.load_integer("@changed_places", i).equals(place)),
+                    ):
+                        f.give(f.count(LEFT))
 
     def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may

@@ -68,7 +68,12 @@ class GuardSearch:
     def actions(self) -> ActionCode:
         """The code for simple actions."""
         return ActionCode(
-            self.rows, self.layout, self.records, self.lengths.term, self.alone, self.lengths.row,
+            self.rows,
+            self.layout,
+            self.records,
+            self.lengths.term,
+            self.alone,
+            self.lengths.row,
             self.interpolated,
         )
 
