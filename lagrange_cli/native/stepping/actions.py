@@ -28,9 +28,10 @@ DONE, LEFT = 1, 0
 """The results of ``@change``: it is done, or left to the caller of ``@advance``."""
 ROUNDING = 2.0**-44
 """A rate that is so small beside its terms is a rounding error."""
-SOON = 2.0**-29
+SOON, SOONER = 2.0**-29, 2.0**-25
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
-tells, the caller decides whether the motion rests."""
+tells, the caller decides whether the motion rests: the second where impacts act on one another, whose limit
+others change."""
 TOUCHING = 2.0**-34
 """Up to this part of its terms an argument may be 0 at the same time as another one, but for what rounding
 does along a long way."""
@@ -203,7 +204,8 @@ class ActionCode:
             last = f.load(state, place), f.load(state, place + 1)
             since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
             remaining = flight / (f.constant(1.0) - flight / since)
-            soon = remaining <= f.load(state, layout.at(Clock.STEP)) * SOON
+            part = SOONER if rows.reached else SOON
+            soon = remaining <= f.load(state, layout.at(Clock.STEP)) * part
             with f.when((flight > 0.0) & (flight < since) & soon):
                 f.give(f.count(LEFT))
             if self.interpolated:
