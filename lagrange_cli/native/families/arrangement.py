@@ -15,7 +15,7 @@ from lagrange_cli.families.poles import nearing
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import factors_of
-from lagrange_cli.native.families.constraints.dense import SolvingTables
+from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.constraints.equations import (
     Pulled,
     along_motion,
@@ -243,7 +243,8 @@ class Arrangement:
             self.place(array, array.count)
         if self.factors is not None:
             self.place(self.factors.array, self.factors.array.count)
-        if isinstance(self.motion, ContactRestraint) and self.factor is None:
+        dense = self.motion is not None and isinstance(self.tabled_in_motion, DenseTables)
+        if dense and isinstance(self.motion, ContactRestraint) and self.factor is None:
             # not among what callers clear, as few contacts of many touch; companions copy what is here
             self.place(self.motion.solving, room(self.tabled_in_motion.size))
 

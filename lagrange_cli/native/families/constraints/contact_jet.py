@@ -7,8 +7,10 @@ solves for forces is not among the arrays that callers clear, as only a few cont
 from __future__ import annotations
 
 from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
-from lagrange_cli.native.families.constraints.jet import ConstrainedJet, saddle_of
-from lagrange_cli.native.families.evaluation import Evaluation
+from lagrange_cli.native.families.constraints.dense import DenseTables
+from lagrange_cli.native.families.constraints.held import HeldDense
+from lagrange_cli.native.families.constraints.jet import ConstrainedJet
+from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer
 
@@ -21,10 +23,19 @@ class ContactJet(ConstrainedJet):
     """Whether anything holds members."""
 
     def place_saddle(self) -> None:
-        if self.motion.solving in self.places:
-            self.saddle = saddle_of(self.vectors, self.tabled, self.places[self.motion.solving], 0)
-        else:
+        own, tabled = self.places.get(self.motion.solving), self.tabled
+        if not isinstance(tabled, DenseTables):
             super().place_saddle()
+        elif own is not None:
+            self.saddle = HeldDense(self.vectors, tabled, own, 0)
+        else:
+            self.saddle = HeldDense(self.vectors, tabled, "%work", self.take(room(tabled.size)))
+
+    def factor(self, evaluation: Evaluation) -> None:
+        if isinstance(self.saddle, HeldDense):
+            self.saddle.factor_held(self.motion, evaluation, self.sound)
+        else:
+            super().factor(evaluation)
 
     def begin(self) -> None:
         f, vectors, motion = self.f, self.vectors, self.motion

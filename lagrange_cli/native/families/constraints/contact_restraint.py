@@ -73,6 +73,9 @@ class ContactRestraint(AlongMotion):
         one: Node = self.slots.symbol(domain, self.gates, first)
         return one if np.array_equal(first, second) else one * self.slots.symbol(domain, self.gates, second)
 
+    def _square(self) -> Total:
+        return self.total(0, []) if self.bonds.elimination is None else super()._square()
+
     def square_terms(self) -> list[Term]:
         domain, numbers = Domain(self.count), np.arange(self.count)
         places = np.array([self.entries[i, i] for i in range(self.count)])

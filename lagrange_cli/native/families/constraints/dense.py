@@ -116,43 +116,53 @@ class Dense:
     def factor(self, base: Pointer, entries: Mapping[str, Places], regular: Variable[Bit]) -> None:
         """L and D from the ``entries``, which are side by side from ``base`` on, with a 0 behind them, and
         whether they are regular."""
-        f, vectors, kind, count = self.f, self.vectors, self.vectors.kind, self.tabled.count
+        f, vectors, count = self.f, self.vectors, self.tabled.count
         beside, on = self._sorted(entries)
         self._list(base, *beside)
         number = self._number
-        width = block_of(number + (LANES - 1))
         sizes = entries.get("diagonal")
         own, whole = (self.tables.of_array(on if one is None else one) for one in (None, sizes))
-        order, least = self.integers("order"), f.constant(FLOOR * kind.unit)
-
-        def sound(whole: Numbers, pivot: Numbers) -> None:
-            both = vectors.high(whole), vectors.high(pivot)
-            all_of, mine = both if self.definite else (f.magnitude(one) for one in both)
-            regular.set(regular.get() & (all_of * least < mine))
-
-        def inverse_of(pivot: Numbers) -> Operands:
-            return kind.div(kind.one, self.everywhere(pivot))
-
-        def first_of(inverse: Operands) -> Numbers:
-            return vectors.lane(vectors.number(inverse), 0)
-
+        order = self.integers("order")
         with f.loop(0, count, tested=False) as i, f.when(f.load_integer(order, i).equals(count)):
             pivot = vectors.load(base, place_at(f, i + own))
-            sound(vectors.load(base, place_at(f, i + whole)), pivot)
-            vectors.store(first_of(inverse_of(pivot)), self.place("alone"), i)
-        self.clear("inverse", width)
-        self.clear("matrix", number * width)
+            self._test(regular, vectors.load(base, place_at(f, i + whole)), pivot)
+            vectors.store(self._first_of(self._inverse_of(pivot)), self.place("alone"), i)
+        width = self.begin(number)
         self._fill(base, *beside, width)
         with f.loop(0, number) as k:
             i = self._listed(k)
             vectors.store(vectors.load(base, place_at(f, i + own)), self.row(k, width), k)
             vectors.store(vectors.load(base, place_at(f, i + whole)), self.place("diagonal"), k)
+        self.eliminate(number, width, regular)
+
+    def begin(self, number: Integer) -> Integer:
+        """A matrix of zeros of so many unknowns; the width of its rows."""
+        width = block_of(number + (LANES - 1))
+        self.clear("inverse", width)
+        self.clear("matrix", number * width)
+        return width
+
+    def _test(self, regular: Variable[Bit], whole: Numbers, pivot: Numbers) -> None:
+        """Find out whether a pivot is more than rounding beside ``whole``."""
+        both = self.vectors.high(whole), self.vectors.high(pivot)
+        all_of, own = both if self.definite else (self.f.magnitude(one) for one in both)
+        regular.set(regular.get() & (all_of * (FLOOR * self.vectors.kind.unit) < own))
+
+    def _inverse_of(self, pivot: Numbers) -> Operands:
+        return self.vectors.kind.div(self.vectors.kind.one, self.everywhere(pivot))
+
+    def _first_of(self, numbers: Operands) -> Numbers:
+        return self.vectors.lane(self.vectors.number(numbers), 0)
+
+    def eliminate(self, number: Integer, width: Integer, regular: Variable[Bit]) -> None:
+        """L and D of the matrix of so many unknowns."""
+        f, vectors, kind = self.f, self.vectors, self.vectors.kind
         with f.loop(0, number) as k:
             row, begin = self.row(k, width), block_of(k)
             pivot = vectors.load(row, k)
-            sound(vectors.load(self.place("diagonal"), k), pivot)
-            inverse = inverse_of(pivot)
-            vectors.store(first_of(inverse), self.place("inverse"), k)
+            self._test(regular, vectors.load(self.place("diagonal"), k), pivot)
+            inverse = self._inverse_of(pivot)
+            vectors.store(self._first_of(inverse), self.place("inverse"), k)
             with f.loop(begin, k + 1, tested=False) as j:
                 vectors.store(vectors.constant(0.0), row, j)
             filled = f.variable(f.constant(0.0))
