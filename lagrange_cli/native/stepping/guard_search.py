@@ -67,15 +67,9 @@ class GuardSearch:
     @property
     def actions(self) -> ActionCode:
         """The code for simple actions."""
-        return ActionCode(
-            self.rows,
-            self.layout,
-            self.records,
-            self.lengths.term,
-            self.alone,
-            self.lengths.row,
-            self.interpolated,
-        )
+        lengths = self.lengths
+        given = self.rows, self.layout, self.records, lengths.term, self.alone, lengths.row
+        return ActionCode(*given, self.interpolated)
 
     @property
     def _rooted(self) -> bool:

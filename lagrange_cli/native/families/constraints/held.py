@@ -55,16 +55,15 @@ class HeldDense(Dense):
     ) -> None:  # fmt: skip
         """The products of two slopes of those that hold."""
         f, vectors, order = self.f, self.vectors, self.integers("order")
-        both = [
-            motion.bounds[b].numbers[some] for (b, _), some in zip((pair.first, pair.second), pair.members)
-        ]
+        slots = pair.first, pair.second
+        both = [motion.bounds[b].numbers[some] for (b, _), some in zip(slots, pair.members)]
         each = np.arange(self.tabled.count)
         first = np.argsort(both[0], kind="stable")
         numbers = both[0][first]
         begin, end = (np.searchsorted(numbers, each, side) for side in ("left", "right"))
         listed = begin, end, both[1][first], pair.rows[first], *(some[first] for some in pair.members)
         begins, ends, others, rows, *members = map(self.tables.of_array, listed)
-        slopes = [evaluation.where(motion.slopes[b][a]) for b, a in (pair.first, pair.second)]
+        slopes = [evaluation.where(motion.slopes[b][a]) for b, a in slots]
         inverses = evaluation.where(motion.lasting.inverses)
         with f.loop(0, number) as k:
             i = self._listed(k)
