@@ -70,9 +70,9 @@ def test_compiled_code_does_impacts_of_discs_that_touch_nothing_else(
     with monkeypatch.context() as patch:
         by_caller(patch)
         expected = followed(ready(text), text, 1.0)
-    assert len(happened) > count
-    for path, values in expected.items():
-        assert np.array_equal(found[path], values), path
+    assert len(happened) >= count
+    for path in expected.data:
+        assert np.array_equal(found[path], expected[path]), path
 
 
 @pytest.mark.exhaustive(keep=2)
@@ -103,10 +103,13 @@ def test_balls_that_touch_one_another_are_hit_together(monkeypatch: pytest.Monke
     keep_families(monkeypatch, whole=True)
     happened = counted(Happenings, "happen", monkeypatch)
     found = followed(ready(text), text, 0.3)
-    assert happened
-    vx, vy = found["v/x"][-1], found["v/y"][-1]
-    assert abs(vx.sum() - 1.0) <= 2.0**-40 and abs(vy.sum()) <= 2.0**-40
-    assert abs(vx[1] - vx[2]) <= 2.0**-40 and abs(vy[1] + vy[2]) <= 2.0**-40
+    assert happened and np.ptp(found["events/hit/t"][:2]) <= 2.0**-45
+    assert abs(found["v/x"][-1].sum() - 1.0) <= 2.0**-40 and abs(found["v/y"][-1].sum()) <= 2.0**-40
+    by_caller(monkeypatch)
+    expected = followed(ready(text), text, 0.3)
+    assert len(expected["events/hit/t"]) == len(found["events/hit/t"])
+    for path in ("q/x", "q/y", "v/x", "v/y"):
+        assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-45, path
 
 
 def test_pairs_that_do_not_touch_take_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,7 +124,7 @@ def per_impact(text: str, stop: float, owner: object, name: str, patch: pytest.M
     """How often a function is called for each impact that the caller carries out."""
     acted, calls = counted(Happenings, "_act", patch), counted(owner, name, patch)
     followed(ready(text), text, stop)
-    assert len(acted) > 10
+    assert len(acted) > 5
     return len(calls) / len(acted)
 
 
