@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.impacts import actions
-from lagrange_cli.integrate import workspace
 from lagrange_cli.integrate.guards import modes
 from lagrange_cli.integrate.impacts.happenings import Happenings
 from lagrange_cli.integrate.impacts.impulses import Impulses
 from lagrange_cli.integrate.samples import Samples
 from tests.families import test_contacts as contacts
-from tests.families import test_coupled_contacts as coupled
 from tests.families import test_gases as gases
+from tests.families.test_actions import BOBS
+from tests.families.test_coupled_contacts import FLOOR
 from tests.families.test_events import keep_families
 from tests.families.test_switches import followed, ready
 
@@ -75,9 +75,9 @@ def test_compiled_code_does_impacts_of_discs_that_touch_nothing_else(
         assert np.array_equal(found[path], expected[path]), path
 
 
-@pytest.mark.exhaustive(keep=2)
-@pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
-@pytest.mark.parametrize("count", [9, 15])
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("e", [0.3, 0.6])
+@pytest.mark.parametrize("count", [6, 9])
 def test_discs_fall_on_each_other_as_impacts_one_by_one(
     count: int, e: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,7 +130,6 @@ def per_impact(text: str, stop: float, owner: object, name: str, patch: pytest.M
 
 def series(patch: pytest.MonkeyPatch) -> tuple[object, str]:
     """What computes the series of a state."""
-    assert modes.accelerated is workspace.accelerated
     return modes, "accelerated"
 
 
@@ -149,7 +148,7 @@ def test_an_impact_of_a_rope_looks_at_few_states(
 ) -> None:
     """The one before and the one after, as long as bobs do not rest, however many there are."""
     keep_families(monkeypatch, whole=True)
-    text = (coupled.BOBS + coupled.FLOOR).format(count=count, e=0.8)
+    text = (BOBS + FLOOR).format(count=count, e=0.8)
     assert per_impact(text, 0.7, *what(monkeypatch), monkeypatch) <= most
 
 
