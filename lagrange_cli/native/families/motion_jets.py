@@ -37,6 +37,10 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.records import replace
 
 
+MANY = 256
+"""Contacts from which on a function for a few coefficients pays, although its code takes time to compile."""
+
+
 class MotionJets(Preparation):
     """``@jet``, and what gives rates where ``@jet`` gives series."""
 
@@ -46,7 +50,7 @@ class MotionJets(Preparation):
             return self.rates_alone(JET)
         made, setting = self.coupled(self.order, JET), self.setting(self.order)
         if made is not None:
-            return self.with_beside(made, BESIDE)
+            return self.with_short(self.with_beside(made, BESIDE))
         if self.scheme:
             return self.with_beside(self.by_masses(self.order, JET), BESIDE)
         watch = watch if self.looks(watch) else None
@@ -55,11 +59,15 @@ class MotionJets(Preparation):
         if self.parts is not None and self.factors is None:
             made = SharedJet(self.parts, setting, own)
         jet = self.with_beside(made, BESIDE) if watch is None else self.with_near(made, watch)
-        text = jet.text + self.by_masses(RATES, BRIEF).write().text
-        if self.looked_at:
-            short = self.with_beside(self.by_masses(FOUND, AT_ONCE), f"{BESIDE}_{AT_ONCE}")
-            text, jet = text + short.text, replace(jet, work=max(jet.work, short.work))
-        return replace(jet, text=text)
+        return self.with_short(replace(jet, text=jet.text + self.by_masses(RATES, BRIEF).write().text))
+
+    def with_short(self, jet: Jet) -> Jet:
+        """The jet, and the function for single states, if there is one."""
+        if not self.looked_at:
+            return jet
+        made = self.coupled(FOUND, AT_ONCE) or self.by_masses(FOUND, AT_ONCE)
+        short = self.with_beside(made, f"{BESIDE}_{AT_ONCE}")
+        return replace(jet, text=jet.text + short.text, work=max(jet.work, short.work))
 
     def by_masses(self, order: int, name: str) -> DiagonalJet:
         """The jet of a system whose accelerations follow from forces and a constant M."""
@@ -72,7 +80,8 @@ class MotionJets(Preparation):
         ``AT_ONCE``, computes no more coefficients than these."""
         plain = self.order > FOUND and not self.scheme and self.kind is DoubleVectors
         mixed = self.closure or self.balance or self.sticking or self.motion
-        return plain and not mixed and self.modes is not None
+        many = isinstance(self.motion, ContactRestraint) and self.motion.contact.count >= MANY
+        return plain and (many or (not mixed and self.modes is not None))
 
     def rates_alone(self, name: str) -> Jet:
         """A function of that name that gives the rates, without series."""
