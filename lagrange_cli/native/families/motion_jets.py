@@ -36,7 +36,6 @@ from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.records import replace
 
-
 MANY = 256
 """Contacts from which on a function for a few coefficients pays, although its code takes time to compile."""
 
