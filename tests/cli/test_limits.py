@@ -74,6 +74,7 @@ def hostile_runs(tmp_path_factory):
     )
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_the_limit_is_named(hostile_runs, name):
     for run, folder in hostile_runs[name]:
@@ -97,6 +98,7 @@ def test_families_that_stay_families_may_be_large(tmp_path, case):
     assert [one["quantity"] for one in json.loads(run.stdout)["conserved"]] == ["h"]
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("option", [("--over", "theta=0:1:1000000000000"), ("--random", "theta=normal(0,1)")])
 def test_too_many_runs(tmp_path, option):
     drawn = ("--members", "1000000000000") if option[0] == "--random" else ()
@@ -109,6 +111,7 @@ def with_limits(monkeypatch, limits):
     monkeypatch.setenv("LAGRANGE_LIMITS", limits)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_limits_move(tmp_path, monkeypatch):
     (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\nobservables:\n  w[i in range(N)]: i*x\n")
     with_limits(monkeypatch, "members=19")
@@ -117,6 +120,7 @@ def test_limits_move(tmp_path, monkeypatch):
     assert lagrange_process("check", "family.yaml", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     "limits", ["members", "members=x", "member=1", "seconds=-1", "bytes=nan", "memory=1"]
 )
@@ -141,6 +145,7 @@ def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
         assert file.attrs["status"] == "interrupted"
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
     with_limits(monkeypatch, "seconds=1")
     run = lagrange_process("equations", SYSTEMS / "bicycle.yaml", cwd=tmp_path)
@@ -177,6 +182,7 @@ def table_runs(tmp_path_factory):
         return limited_each(tmp_path_factory.mktemp("tables"), files, sweep)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("name", TABLES)
 def test_a_table_from_elsewhere(table_runs, name):
     ((run, folder),) = table_runs[name]
@@ -246,6 +252,7 @@ def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands,
         assert "'check' and 'solve' may work nevertheless" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path, monkeypatch):
     """Here with a fraction of the work that is usually allowed. All of them are coupled."""
     with_limits(monkeypatch, "work=500000")

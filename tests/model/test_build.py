@@ -55,6 +55,7 @@ def test_velocities_are_total_time_derivatives() -> None:
             assert sympy.simplify(velocity.subs(rates).subs(along) - expected) == 0
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_names_reach_particles_definitions_and_velocities() -> None:
     model = symbolic(HOOP)
     m, a, c, omega = (model.parameters[name] for name in ("m", "a", "c", "omega"))

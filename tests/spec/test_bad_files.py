@@ -304,6 +304,7 @@ bodies:
 ]  # fmt: skip
 
 
+@pytest.mark.exhaustive(keep=77)
 @pytest.mark.parametrize(("old", "new", "expected"), BAD, ids=[f"{new[:40]}" for _, new, _ in BAD])
 def test_mistake_is_shown_at_its_place(old: str, new: str, expected: list[tuple[int, str, str, str]]) -> None:
     found = problems(PENDULUM.replace(old, new, 1))
