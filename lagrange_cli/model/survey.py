@@ -30,7 +30,7 @@ from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import firsts_of, written_by_family
+from lagrange_cli.spec.content import firsts_of, parted, written_by_family
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
@@ -58,8 +58,10 @@ class Survey:
         self.values: dict[str, Value] = {TIME: self.time}
         self.parameters = self._parameters()
         self.coordinates = self._coordinates()
-        self._values("definition '{}'", spec.definitions, self.values)
+        of_particles, others = parted(spec.definitions, spec.of_particles)
+        self._values("definition '{}'", others, self.values)
         self._positions()
+        self._values("definition '{}'", of_particles, self.values)
         self.energy = self._energy()
         self.constraints: dict[str, Quantity] = {}
         self._values("constraint '{}'", spec.constraints, self.constraints)

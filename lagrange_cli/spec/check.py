@@ -11,6 +11,7 @@ from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
+from lagrange_cli.spec.definitions import definitions_of
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
@@ -38,12 +39,14 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
     checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
-    definitions = checker.definitions()
+    definitions = definitions_of(draft, checker.names, checker.settling)
+    defined = definitions.settled(definitions.others)
     coordinates = checker.coordinates()
     check_formulation(draft, problems)
     masses = checker.expressions("masses")
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
+    defined += definitions.settled(definitions.of_particles)
     if draft.bodies:
         masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
@@ -58,7 +61,8 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
-        definitions=definitions,
+        definitions=given_by_name(defined),
+        of_particles=tuple(definitions.of_particles),
         masses=masses,
         embedding=embedding,
         potential=checker.expressions("potential"),
@@ -99,10 +103,11 @@ class _Checker:
     problems: Problems
 
     def __post_init__(self) -> None:
-        self._settling = Settling(self.names)
+        self.settling = Settling(self.names)
 
     def parameters(self) -> Sequence[Parameter]:
-        settled = self._settling.settle_all(self.draft.declared("parameters"), Kind.PARAMETER, "parameters")
+        groups = self.settling.in_order(self.draft.declared("parameters"), Kind.PARAMETER)
+        settled = self.settling.settle_all(groups, Kind.PARAMETER, "parameters")
         return in_order(mapped(settled, parameter))
 
     def coordinates(self) -> Sequence[Coordinate]:
@@ -119,10 +124,6 @@ class _Checker:
                     where = f"{field} of coordinate '{declared.key.label}'"
                     check_scalar(self.names, value, "coordinates", where)
         return in_order(mapped(groups, coordinate))
-
-    def definitions(self) -> Mapping[str, Expression]:
-        settled = self._settling.settle_all(self.draft.entries("definitions"), Kind.DEFINITION, "definitions")
-        return given_by_name(settled)
 
     def embedding(self) -> Mapping[str, Expression]:
         groups = groups_of(self.draft.entries("embedding"))
@@ -144,7 +145,7 @@ class _Checker:
                     self._position(entry)
             else:
                 vector = self._components(first, found[1])
-                self._settling.settle_part(
+                self.settling.settle_part(
                     group.family, part, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector
                 )
 
@@ -154,7 +155,7 @@ class _Checker:
         if entry.value is not None:
             _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
         vector = self._components(entry, bounds)
-        self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
+        self.settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
 
     def _components(self, entry: Entry, bounds: Any) -> Any:
         """The bounds as those of a vector, which must have as many components as other members have."""

@@ -38,8 +38,8 @@ def not_allowed(name: Name, meaning: Meaning, base: str, kind: Kind, rule: Rule)
     if meaning.what is Kind.DEFINITION and kind is not Kind.DEFINITION:
         via = f", which depends on {'t' if kind is Kind.TIME else f'a {kind.value}'},"
     hint = rule.hint
-    if meaning.what in (Kind.PARTICLE, Kind.BODY) and rule.allowed == CONFIGURATION and not via:
-        hint += "; name the vector under 'definitions', and use that name in both"
+    if kind is Kind.PARTICLE and rule.allowed == CONFIGURATION:
+        hint += "; name the particle's position under 'definitions', and use that name in both"
     return ExpressionError(name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", hint)
 
 

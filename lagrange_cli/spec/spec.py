@@ -174,7 +174,8 @@ class Spec:
     file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
     Masses and positions of ``bodies`` are there, too, and the norms of their quaternions under
     ``constraints``. ``definitions`` and ``parameters`` are sorted so that each uses only
-    earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by the keys of the
+    earlier ones. Definitions ``of_particles`` (families without indices) contain positions or velocities of
+    particles, which others may be used in. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by the keys of the
     file that give forces (``model.forces`` says how each acts), then by what they act on. ``text`` is the
     file as read.
 
@@ -198,6 +199,7 @@ class Spec:
     parameters: Sequence[Parameter]
     coordinates: Sequence[Coordinate]
     definitions: Mapping[str, Expression]
+    of_particles: tuple[str, ...]
     masses: Mapping[str, Expression]
     embedding: Mapping[str, Expression]
     potential: Mapping[str, Expression]

@@ -10,7 +10,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
-from lagrange_cli.spec.content import by_name, groups_by_name
+from lagrange_cli.spec.content import by_name, groups_by_name, parted
 from lagrange_cli.spec.event import Event
 from lagrange_cli.spec.events.readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
@@ -79,10 +79,12 @@ def names_of(spec: Spec, problems: Problems) -> Names:
 
     declare("coordinates", (one.name for one in spec.coordinates), Kind.COORDINATE, scalar())
     declare("parameters", (one.name for one in spec.parameters), Kind.PARAMETER, scalar())
+    of_particles, others = parted(spec.definitions, spec.of_particles)
     for section, what, given in (
-        ("definitions", Kind.DEFINITION, spec.definitions),
+        ("definitions", Kind.DEFINITION, others),
         ("embedding", Kind.PARTICLE, {k: one for k, one in spec.embedding.items() if k not in spec.bodies}),
         ("bodies", Kind.BODY, {name: spec.embedding[name] for name in spec.bodies}),
+        ("definitions", Kind.DEFINITION, of_particles),
     ):
         declare(section, given, what)
         for name, expression in given.items():

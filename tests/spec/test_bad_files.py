@@ -63,7 +63,12 @@ BAD = [
     (EMBEDDING, "[bob.x, 1]", [(11, "bob.x", "the particle 'bob' cannot", "r(q, t)")]),
     ("potential:", "definitions: {w: theta_dot, w2: w**2}\npotential: w2*", []),
     (EMBEDDING, "[w2, 1]\ndefinitions: {w: theta_dot, w2: w**2}", [(11, "w2", "depends on a velocity", "")]),
-    ("name: pendulum", "definitions: {h: bob.y}", [(1, "bob.y", "the particle 'bob' cannot", "")]),
+    (EMBEDDING, "[h, 1]\ndefinitions: {h: bob.y}", [(12, "h", "itself: h -> bob -> h", "no particles")]),
+    (EMBEDDING, "[h, 1]\ndefinitions: {h: u + 1, u: bob.vy}", [(12, "h", "h -> u -> bob -> h", "")]),
+    ("  bob: m", "  bob: h\ndefinitions: {h: bob.y}", [(9, "h", "which depends on a particle", "")]),
+    ("name: pendulum", "definitions: {h: bob.w1 + bob.z}", [
+        (1, "bob.w1", "not a rigid body", ""), (1, "bob.z", "no component 'z'", "bob.vx")
+    ]),
     # declarations
     ("  g:", "  t:", [(5, "t", "the name 't' is reserved", "t_"), (12, "g", "unknown name 'g'", "")]),
     ("  g:", "  in:", [(5, "in", "cannot be called 'in'", ""), (12, "g", "unknown", "")]),

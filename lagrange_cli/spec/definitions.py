@@ -1,0 +1,66 @@
+"""The section ``definitions``: positions of particles may use some of them, and others contain particles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from lagrange_cli.expression.syntax import names
+from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import groups_of, statements
+from lagrange_cli.spec.draft import Draft, Entry, WrittenBody
+from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.names import Names
+from lagrange_cli.spec.order import leading_to
+from lagrange_cli.spec.settling import Settling
+from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.whole import WrittenFamily
+
+Groups: TypeAlias = "Mapping[str, Entry | WrittenFamily[Entry]]"
+
+
+@dataclass(frozen=True)
+class Definitions:
+    """Each after those that it uses. ``of_particles`` are settled after positions, all others before."""
+
+    settling: Settling
+    others: Groups
+    of_particles: Groups
+
+    def settled(self, groups: Groups) -> list[Entry | WrittenFamily[Entry]]:
+        """Some of them, checked."""
+        return self.settling.settle_all(groups, Kind.DEFINITION, "definitions")
+
+
+def definitions_of(draft: Draft, known: Names, settling: Settling) -> Definitions:
+    """The definitions of a file; cycles are reported."""
+    entries = draft.entries("definitions")
+    defined = {family_name(one.name) for one in groups_of(entries)}
+    particles = {name for name, one in known.table.items() if one.what in (Kind.PARTICLE, Kind.BODY)}
+    made = {name: used & defined for name, used in made_of(draft).items() if name in particles}
+    groups = settling.in_order(entries, Kind.DEFINITION, made)
+    last = leading_to({name: settling.uses(one) for name, one in groups.items()}, particles)
+    for name in last:  # what uses them before they are settled is told why it may not
+        known.table[name] = replace(known.table[name], kinds=frozenset({Kind.PARTICLE}))
+    return Definitions(
+        settling,
+        {name: one for name, one in groups.items() if name not in last},
+        {name: groups[name] for name in last},
+    )
+
+
+def made_of(draft: Draft) -> dict[str, set[str]]:
+    """The names that the position of each particle, and the position and orientation of each body, contain."""
+    found: dict[str, set[str]] = {}
+    for group in (*groups_of(draft.entries("embedding")), *groups_of(draft.bodies)):
+        used = found.setdefault(family_name(group.name), set())
+        for one in statements(group):
+            for expression in (one.value,) if isinstance(one, Entry) else placing(one):
+                used |= set() if expression is None else {name.base for name in names(expression.tree)}
+    return found
+
+
+def placing(body: WrittenBody) -> tuple[Expression | None, ...]:
+    """What a body's position and orientation are made of."""
+    return (body.position, *(() if body.orientation is None else body.orientation.entries))
