@@ -9,7 +9,7 @@ from lagrange_cli.expression.syntax import names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.content import groups_of, statements
-from lagrange_cli.spec.draft import Draft, Entry, WrittenBody
+from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import leading_to
@@ -41,8 +41,9 @@ def definitions_of(draft: Draft, known: Names, settling: Settling) -> Definition
     made = {name: used & defined for name, used in made_of(draft).items() if name in particles}
     groups = settling.in_order(entries, Kind.DEFINITION, made)
     last = leading_to({name: settling.uses(one) for name, one in groups.items()}, particles)
-    for name in last:  # what uses them before they are settled is told why it may not
-        known.table[name] = replace(known.table[name], kinds=frozenset({Kind.PARTICLE}))
+    for name in last:
+        if settling.stands_for(name, Kind.DEFINITION):  # positions that use it are told why they may not
+            known.table[name] = replace(known.table[name], kinds=frozenset({Kind.PARTICLE}))
     return Definitions(
         settling,
         {name: one for name, one in groups.items() if name not in last},
@@ -51,16 +52,16 @@ def definitions_of(draft: Draft, known: Names, settling: Settling) -> Definition
 
 
 def made_of(draft: Draft) -> dict[str, set[str]]:
-    """The names that the position of each particle, and the position and orientation of each body, contain."""
+    """The names that positions of particles, and positions and orientations of bodies, are made of."""
+    given: list[tuple[str, Expression | None]] = []
+    for group in groups_of(draft.entries("embedding")):
+        given += ((group.name, one.value) for one in statements(group))
+    for bodies in groups_of(draft.bodies):
+        for body in statements(bodies):
+            turned = () if body.orientation is None else body.orientation.entries
+            given += ((bodies.name, one) for one in (body.position, *turned))
     found: dict[str, set[str]] = {}
-    for group in (*groups_of(draft.entries("embedding")), *groups_of(draft.bodies)):
-        used = found.setdefault(family_name(group.name), set())
-        for one in statements(group):
-            for expression in (one.value,) if isinstance(one, Entry) else placing(one):
-                used |= set() if expression is None else {name.base for name in names(expression.tree)}
+    for name, expression in given:
+        used = set() if expression is None else {one.base for one in names(expression.tree)}
+        found.setdefault(family_name(name), set()).update(used)
     return found
-
-
-def placing(body: WrittenBody) -> tuple[Expression | None, ...]:
-    """What a body's position and orientation are made of."""
-    return (body.position, *(() if body.orientation is None else body.orientation.entries))

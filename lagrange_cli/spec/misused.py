@@ -90,6 +90,8 @@ def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> 
     hint = f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
     if meaning.what is Kind.BODY and component not in VELOCITIES:
         hint += f", {label}.{SPACE_SPIN[0]}, {label}.{BODY_SPIN[0]}, {label}.{POINT}(a, b, c), ..."
+    if component in {*VELOCITIES, *VELOCITY_COMPONENTS} and meaning.what is Kind.DEFINITION:
+        hint += "; particles, bodies and their points have velocities, as bob.vx and plate.at(a, 0, 0).vx"
     if component in VELOCITIES and meaning.what in (Kind.PARTICLE, Kind.BODY):
         velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
         hint = f"write ({velocity}) for its velocity"

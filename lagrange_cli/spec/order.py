@@ -33,8 +33,8 @@ def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list
 
 
 def leading_to(uses: Mapping[str, Iterable[str]], targets: Iterable[str]) -> list[str]:
-    """Those keys of ``uses``, each of which comes after all it uses, that use one of the ``targets``, or another
-    such key."""
+    """Those keys of ``uses``, each of which comes after all it uses, that use one of the ``targets``, or what
+    does."""
     known, found = set(targets), list[str]()
     for name, used in uses.items():
         if not known.isdisjoint(used):

@@ -78,7 +78,7 @@ SECTIONS = Table(
             "definition",
             read_vector,
             "name -> an expression or `[x, y, z]` in everything that has a name: q, q_dot, t, parameters, "
-            "particles, bodies and other definitions",
+            "particles, bodies and other definitions, see [below](#definitions)",
             example="omega: sqrt(g/l)",
             also="defs definition expressions functions let where",
             family="some",

@@ -81,10 +81,8 @@ class Settling:
     def in_order(
         self, entries: Sequence[W], what: Kind, places: Mapping[str, set[str]] | None = None
     ) -> dict[str, W | WrittenFamily[W]]:
-        """Parameters or definitions, each after those that it uses; cycles are reported. ``places`` are the names
-        that positions of particles are made of, which definitions may use.
-
-        Families are put in order as a whole.
+        """Parameters or definitions, each after those that it uses, families as a whole; cycles are reported.
+        ``places`` are the names that positions of particles are made of: definitions may use particles.
         """
         groups = {one.name: one for one in groups_of(entries)}
         uses = {name: self.uses(one) for name, one in groups.items()}
@@ -105,8 +103,8 @@ class Settling:
     def settle_all(
         self, groups: Mapping[str, W | WrittenFamily[W]], what: Kind, section: str
     ) -> list[W | WrittenFamily[W]]:
-        """Check and settle parameters or definitions that are ``in_order``; members of families are put in order
-        among themselves."""
+        """Check and settle parameters or definitions that are ``in_order``; the members of each family are
+        put in order then."""
         found: list[W | WrittenFamily[W]] = []
         cycles: list[list[str]] = []
         for group in groups.values():
@@ -261,17 +259,17 @@ class Settling:
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of one; the kinds of a family are those of all its members."""
         base = family_name(name)
-        if self._is(base, what):
+        if self.stands_for(base, what):
             self.names.settle(name, kinds | self._known(base), value)
 
     def settle_part(
         self, family: Family, part: Part[Any] | None, what: Kind, kinds: frozenset[Kind], value: Any
     ) -> None:
         """The same for a part of a family, or all of it."""
-        if self._is(family.name, what):
+        if self.stands_for(family.name, what):
             self.names.settle_part(family, part, kinds | self._known(family.name), value)
 
-    def _is(self, base: str, what: Kind) -> bool:
+    def stands_for(self, base: str, what: Kind) -> bool:
         """Whether a name stands for this, and not for another thing of the same name."""
         meaning = self.names.table.get(base)
         return meaning is not None and meaning.what is what
