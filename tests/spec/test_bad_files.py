@@ -502,16 +502,6 @@ potential: x
         ("[1, 2, 2.5]", "[1, 2, 3.5]", "the value 3.5 exceeds 1 + 2 in inertia of body 'top'"),
         ("[1, 2, 2.5]", "[1, 1, 2.0000001]", "the value 2.0000001 exceeds 1 + 1 in inertia of body 'top'"),
         ("[1, 2, 2.5]", "[1, -2, 2]", "the value -2 is not positive in inertia"),
-        ("[1, 2, 2.5]", "[3, 3, 0]", "with the moments J, J, 0 is 'solid: {rod: l}' with l = sqrt(12*J/m)"),
-        (
-            "[1, 2, 2.5]",
-            "[3, 0, 3]",
-            "l = sqrt(12*J/m); it lies along the third axis, so turn the orientation",
-        ),
-        ("[1, 2, 2.5]", "[[3, 0, 0], [0, 3, 0], [0, 0, 0]]", "is 'solid: {rod: l}' with l = sqrt(12*J/m)"),
-        ("[1, 2, 2.5]", "[0, 0, 3]", "write [J, J, J]"),
-        ("[1, 2, 2.5]", "[1, 2, 0]", "only a thin rod has none about one axis"),
-        ("[1, 2, 2.5]", "[0, 0, 0]", "is a particle"),
         ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.2, 1, 0], [0, 0, 1]]", "not symmetric: I12 = 0.1, but I21 = 0.2"),
         ("[1, 2, 2.5]", "[[1, 0, 0], [0, 1, 2], [0, 2, 1]]", "not positive definite"),
         ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.1, 1, 0], [0, 0, 3]]", "the principal moments 0.9, 1.1, 3 in"),
@@ -541,3 +531,21 @@ def test_a_wrong_body(given, instead, message):
     found = [one.message for one in caught.value.problems]
     assert sum(message in one for one in found) == 1, found
     assert all(one.line for one in caught.value.problems)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "hint"),
+    [
+        ("[3, 3, 0]", "with the moments J, J, 0 is 'solid: {rod: l}' with l = sqrt(12*J/m)"),
+        ("[3, 0, 3]", "sqrt(12*J/m); it lies along the third axis, so turn the orientation"),
+        ("[[3, 0, 0], [0, 3, 0], [0, 0, 0]]", "'solid: {rod: l}' with l = sqrt(12*J/m)"),
+        ("[0, 0, 3]", "write [J, J, J]"),
+        ("[1, 2, 0]", "only a thin rod has none about one axis"),
+        ("[0, 0, 0]", "is a particle"),
+        ("[1, -2, 2]", "moments of inertia are greater than 0"),
+    ],
+)
+def test_what_has_no_moment_about_an_axis_is_told_what_it_may_be(inertia, hint):
+    with pytest.raises(SpecError) as caught:
+        resolve_values(read_spec(BODY.replace("[1, 2, 2.5]", inertia), "body.yaml"))
+    assert hint in caught.value.problems[0].hint
