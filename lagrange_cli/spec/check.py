@@ -11,7 +11,6 @@ from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
-from lagrange_cli.spec.definitions import definitions_of
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 W = TypeVar("W", bound=Written)
 Expressions: TypeAlias = "Mapping[str, Expression]"
 Families: TypeAlias = "Mapping[str, Mapping[str, Family]]"
+Groups: TypeAlias = "Mapping[str, Entry | WrittenFamily[Entry]]"
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -39,14 +39,14 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
     checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
-    definitions = definitions_of(draft, checker.names, checker.settling)
-    defined = definitions.settled(definitions.others)
+    others, of_particles = checker.definitions()
+    defined = checker.settling.settle_all(others, Kind.DEFINITION, "definitions")
     coordinates = checker.coordinates()
     check_formulation(draft, problems)
     masses = checker.expressions("masses")
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
-    defined += definitions.settled(definitions.of_particles)
+    defined += checker.settling.settle_all(of_particles, Kind.DEFINITION, "definitions")
     if draft.bodies:
         masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
@@ -62,7 +62,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         parameters=parameters,
         coordinates=coordinates,
         definitions=given_by_name(defined),
-        of_particles=tuple(definitions.of_particles),
+        of_particles=tuple(of_particles),
         masses=masses,
         embedding=embedding,
         potential=checker.expressions("potential"),
@@ -209,6 +209,14 @@ class _Checker:
                 self.problems.add_once(value.place, message.format(entry.name), hint)
 
     # What checks the sections that few files have is imported for those files.
+
+    def definitions(self) -> tuple[Groups, Groups]:
+        """The definitions, those that contain particles by themselves."""
+        if not self.draft.entries("definitions"):
+            return {}, {}
+        from lagrange_cli.spec.definitions import definitions_of
+
+        return definitions_of(self.draft, self.names, self.settling)
 
     def bodies(self) -> tuple[Mapping[str, Body], Expressions, Families]:
         """The bodies by name, the norms of their quaternions, and all families with theirs."""

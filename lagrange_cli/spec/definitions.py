@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from lagrange_cli.expression.syntax import names
 from lagrange_cli.expression.vocabulary import family_name
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
 from lagrange_cli.spec.content import groups_of, statements
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.kinds import Kind
@@ -20,21 +20,9 @@ from lagrange_cli.spec.whole import WrittenFamily
 Groups: TypeAlias = "Mapping[str, Entry | WrittenFamily[Entry]]"
 
 
-@dataclass(frozen=True)
-class Definitions:
-    """Each after those that it uses. ``of_particles`` are settled after positions, all others before."""
-
-    settling: Settling
-    others: Groups
-    of_particles: Groups
-
-    def settled(self, groups: Groups) -> list[Entry | WrittenFamily[Entry]]:
-        """Some of them, checked."""
-        return self.settling.settle_all(groups, Kind.DEFINITION, "definitions")
-
-
-def definitions_of(draft: Draft, known: Names, settling: Settling) -> Definitions:
-    """The definitions of a file; cycles are reported."""
+def definitions_of(draft: Draft, known: Names, settling: Settling) -> tuple[Groups, Groups]:
+    """The definitions of a file that positions may use, and those that contain particles, each after those
+    that it uses; cycles are reported."""
     entries = draft.entries("definitions")
     defined = {family_name(one.name) for one in groups_of(entries)}
     particles = {name for name, one in known.table.items() if one.what in (Kind.PARTICLE, Kind.BODY)}
@@ -44,11 +32,8 @@ def definitions_of(draft: Draft, known: Names, settling: Settling) -> Definition
     for name in last:
         if settling.stands_for(name, Kind.DEFINITION):  # positions that use it are told why they may not
             known.table[name] = replace(known.table[name], kinds=frozenset({Kind.PARTICLE}))
-    return Definitions(
-        settling,
-        {name: one for name, one in groups.items() if name not in last},
-        {name: groups[name] for name in last},
-    )
+    others = {name: one for name, one in groups.items() if name not in last}
+    return others, {name: groups[name] for name in last}
 
 
 def made_of(draft: Draft) -> dict[str, set[str]]:
