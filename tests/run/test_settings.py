@@ -14,9 +14,11 @@ from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.ensembles.ensemble import make_ensemble
 from lagrange_cli.run.ensembles.members import Members
 from lagrange_cli.run.request import Request
+from lagrange_cli.run.sections.request import periods
 from lagrange_cli.run.settings.samples import DEFAULT_SAMPLES, sample_times
 from lagrange_cli.run.settings.settings import check_defaults, resolve_settings
 from lagrange_cli.run.times import with_times
+from lagrange_cli.spec.ensemble import resolve_ensemble
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine, read_spec
 from lagrange_cli.spec.source import Source
@@ -246,12 +248,15 @@ def test_a_time_that_has_no_value_is_a_usage_error(text, message):
 
 
 def test_members_of_a_sweep_have_the_same_times():
-    with pytest.raises(UsageError, match="'omega' differs between the members of the sweep"):
-        times_of("stop=pi/omega", parameters={"k[0]": 1.0, "k[1]": 3.0})
-    with pytest.raises(
-        UsageError, match="'period' differs between the members of the sweep, as 'omega' does"
-    ):
-        times_of("stop=period", parameters={"k[0]": 1.0, "k[1]": 3.0})
+    for text, message in (("pi/omega", "'omega' differs"), ("period", "'period' differs")):
+        with pytest.raises(UsageError, match=f"{message} between the members of the sweep"):
+            times_of(f"stop={text}", parameters={"k[0]": 1.0, "k[1]": 3.0})
+
+
+def test_the_period_of_a_section_may_be_a_definition():
+    spec = read_spec(TIMED, "system.yaml")
+    values = resolve_ensemble(spec, {}, {"omega": np.array([1.0, 4.0])})
+    assert periods("period + ends.y", spec, values) == pytest.approx([2 * math.pi + 4, math.pi / 2 + 4])
 
 
 OSCILLATOR = """\
