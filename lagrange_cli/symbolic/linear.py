@@ -83,7 +83,7 @@ def solve(
 
 
 def least_size(terms: Terms) -> int:
-    """A bound on the size of a sum, however it is written: each factor that occurs in it stands there once."""
+    """A lower bound on the size of a sum, however it is written: each of its factors stands there once."""
     return sum(map(size_of, {base for monomial in terms for base, _ in monomial}))
 
 
