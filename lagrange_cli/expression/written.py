@@ -30,7 +30,7 @@ def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
     near, digits = ULPS * math.ulp(number), WRITTEN if value == number else 0
     for turns in (0, 1, 2, -1):
         part = number / math.pi**turns
-        found = simple(part, near * part / number if number else 0.0, digits)
+        found = simple(part, near * (part / number) if number else 0.0, digits)
         if found is not None:
             return found, False, turns
     square = None
