@@ -54,8 +54,8 @@ class SympyAlgebra(Undecided):
         return sympy.Symbol(name)
 
     def function(self, name: str, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
-        """One of the functions of ``expression.vocabulary``. Raises ``ZeroDivisionError`` where an argument has
-        been divided by 0."""
+        """One of the functions of ``expression.vocabulary``. Raises ``ZeroDivisionError`` where an argument
+        has been divided by 0."""
         if any(one in NOWHERE for one in arguments):
             raise ZeroDivisionError
         return FUNCTIONS[name](*arguments)
