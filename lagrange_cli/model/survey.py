@@ -281,8 +281,7 @@ class Survey:
 
 
 def with_multipliers(spec: Spec) -> list[str]:
-    """The definitions that contain multipliers, and those that are made of such: energies and constraints do not
-    use them."""
+    """The definitions that contain multipliers, or what does: energies and constraints do not use them."""
     uses: dict[str, set[str]] = {}
     for name, group in groups_by_name(spec.definitions).items():
         used = [one.identifier for written in statements(group) for one in names(written.tree)]
