@@ -50,8 +50,14 @@ generalized_forces: {"theta[i in range(2, N)]": "-0.1*theta_dot[i]*d[i]"}
 observables: {"w[i in range(N)]": "speed[i]", "b[i in range(2, N)]": "d[i]"}
 """
 ARC = SPRINGS.replace(
-    "  high:", '  "s[0]": 0*x[0]\n  "s[i in range(1, N)]": s[i - 1] + (p[i].x - p[i - 1].x)*l\n  high:'
-).replace("all: high**2", 'all: high**2, "arc[i in range(N)]": "s[i]"')
+    "  high:",
+    """  "s[0]": 0*x[0]
+  "s[i in range(1, N)]": s[i - 1] + (p[i].x - p[i - 1].x)*l
+  "r[0]": 0*p[0]
+  "r[i in range(1, N)]": r[i - 1] + (p[i] - p[i - 1])*l
+  high:""",
+).replace("all: high**2", 'all: high**2, "arc[i in range(N)]": "s[i]", "way[i in range(N)]": "r[i].y"')
+"""What follows from member to member: a number, and a vector."""
 BODIES = """
 sizes: {N: 5}
 parameters: {k: 2.0, r: 0.2, I: 0.1}
@@ -95,10 +101,10 @@ def test_definitions_that_follow_from_one_another_contain_particles(monkeypatch:
     in_loops(monkeypatch, True)
     found, motion = followed(ARC, OUTPUTS)
     assert found.machine.program.loops
-    x, length = motion.data["q/x"], 0.9
-    np.testing.assert_allclose(
-        motion.data["observables/arc"], (x - x[:, :1]) * length, rtol=1e-13, atol=1e-13
-    )
+    for name, place in (("arc", "q/x"), ("way", "q/y")):
+        x, length = motion.data[place], 0.9
+        expected = (x - x[:, :1]) * length
+        np.testing.assert_allclose(motion.data[f"observables/{name}"], expected, rtol=1e-13, atol=1e-13)
 
 
 @pytest.mark.parametrize("name", ["springs", "pendula"])
