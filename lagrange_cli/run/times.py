@@ -14,7 +14,7 @@ from lagrange_cli.spec.whole import WrittenFamily
 if TYPE_CHECKING:
     from lagrange_cli.expression.algebra import Algebra
     from lagrange_cli.expression.build import Builder
-    from lagrange_cli.expression.syntax import Name, Tree
+    from lagrange_cli.expression.syntax import Tree
     from lagrange_cli.spec.spec import SolveDefaults, Spec
 
 CONSTANT = "times are numbers, or expressions in parameters"
@@ -63,6 +63,7 @@ def check_names(tree: Tree, spec: Spec, parameters: Collection[str]) -> None:
     from lagrange_cli.expression.syntax import ExpressionError, names
     from lagrange_cli.expression.vocabulary import CONSTANTS, family_name, velocity_name
     from lagrange_cli.spec.roles import role
+    from lagrange_cli.spec.surface import check_constant
 
     everything = [one.name for one in spec.parameters]
     plain, families = {*parameters, *spec.sizes, *CONSTANTS}, {*map(family_name, parameters)}
@@ -71,7 +72,7 @@ def check_names(tree: Tree, spec: Spec, parameters: Collection[str]) -> None:
         if one.identifier in (families if one.indices else plain):
             continue
         if one.base in groups_by_name(spec.definitions):
-            check_definition(one, spec)
+            check_constant(one, spec, CONSTANT)
             differing = made_of([one.base], spec) & {*map(family_name, everything)} - families
             if differing:
                 message = f"'{one.base}' differs between the members of the sweep, as '{min(differing)}' does"
@@ -91,24 +92,6 @@ def check_names(tree: Tree, spec: Spec, parameters: Collection[str]) -> None:
             raise ExpressionError(one.span, message, CONSTANT)
         message = f"unknown name '{one.identifier}'"
         raise ExpressionError(one.span, message, near_hint(one.identifier, plain) or known_hint(everything))
-
-
-def check_definition(name: Name, spec: Spec) -> None:
-    """Raise ``ExpressionError`` where a definition changes, or has no such member or component."""
-    from lagrange_cli.expression.syntax import ExpressionError
-    from lagrange_cli.spec.kinds import Kind
-    from lagrange_cli.spec.problems import Problems
-    from lagrange_cli.spec.source import Source
-    from lagrange_cli.spec.surface import names_of
-
-    known = names_of(spec, Problems(Source(spec.filename, spec.text)))
-    meaning = known.table[name.base]
-    if meaning.kinds - {Kind.PARAMETER, Kind.SIZE}:
-        raise ExpressionError(name.span, f"'{name.base}' is not constant", CONSTANT)
-    known.check_indices(name, meaning)
-    component = name.identifier.partition(".")[2]
-    if component:
-        known.check_component(name, meaning, name.base, component)
 
 
 def made_of(bases: Iterable[str], spec: Spec) -> set[str]:

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.bounds import Bounds
+from lagrange_cli.expression.syntax import ExpressionError, Name
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import by_name, groups_by_name, parted
@@ -55,6 +56,19 @@ def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
         raise UsageError(f"{SURFACE} {text}: {message}" + (f"; {hint}" if hint else ""))
     surface = Event(when, direction, False, (), when.place)
     return replace(spec, events=by_name({**groups_by_name(spec.events), SURFACE: surface}))
+
+
+def check_constant(name: Name, spec: Spec, hint: str) -> None:
+    """Raise ``ExpressionError`` where a definition in an option changes, with this ``hint``, or has no such
+    member or component."""
+    known = names_of(spec, Problems(Source(spec.filename, spec.text)))
+    meaning = known.table[name.base]
+    if meaning.kinds - {Kind.PARAMETER, Kind.SIZE}:
+        raise ExpressionError(name.span, f"'{name.base}' is not constant", hint)
+    known.check_indices(name, meaning)
+    component = name.identifier.partition(".")[2]
+    if component:
+        known.check_component(name, meaning, name.base, component)
 
 
 def names_of(spec: Spec, problems: Problems) -> Names:
