@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import sympy
 
+from lagrange_cli.cli.main import main
+from lagrange_cli.run import equations
 from lagrange_cli.symbolic import linear
 from lagrange_cli.symbolic.canonical import to_terms
 from lagrange_cli.symbolic.linear import least_size, solve
@@ -29,3 +33,20 @@ def test_a_solution_that_is_certain_to_be_too_long_is_not_written(monkeypatch: p
     assert found is not None and max(map(size_of, found)) < 200
     monkeypatch.setattr(linear, "quotient", lambda *_: pytest.fail("it is written"))
     assert solve(matrix, right, ORDER, longest=15) is None
+
+
+COUPLED = """
+coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}, u: {initial: 0}}
+lagrangian: >-
+  x_dot**2 + y_dot**2 + z_dot**2 + u_dot**2
+  + sin(x*y)*x_dot*y_dot + sin(y*z)*y_dot*z_dot + sin(z*u)*z_dot*u_dot - cos(x + u)
+"""
+
+
+def test_missing_explicit_accelerations_are_said_before_conserved_quantities_are_searched_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "coupled.yaml").write_text(COUPLED)
+    monkeypatch.setattr(equations, "further_conserved", lambda *_: pytest.fail("they are searched for"))
+    assert main(["equations", str(tmp_path / "coupled.yaml"), "--form", "explicit"]) == 2
+    assert "the explicit accelerations are too long to print: use --form matrix" in capsys.readouterr().err
