@@ -7,6 +7,8 @@ import resource
 import h5py
 import pytest
 
+import lagrange_cli
+from lagrange_cli.errors import UsageError
 from tests.support.command import SYSTEMS, lagrange, lagrange_process, lagrange_processes
 
 PENDULUM, CHAIN = SYSTEMS / "pendulum.yaml", SYSTEMS / "fpu_chain.yaml"
@@ -274,3 +276,34 @@ def test_the_work_of_deriving_is_bounded(tmp_path, command, monkeypatch):
     assert (run.returncode, run.stdout) == (3, "")
     assert f"{pendulum}: deriving the equations takes more than 2000 steps of work" in run.stderr
     assert "LAGRANGE_LIMITS=work=" in run.stderr and not os.listdir(tmp_path)
+
+
+SAMPLED = "name: s\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - x**2/2\nsolve: {stop: 1}\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "size"),
+    [
+        (("solve", "--samples", "30001"), "30001 samples, 40 bytes each, would take 0.0012 GB"),
+        (
+            ("sweep", "--over", "x=0:1:101", "--outputs", "q", "--samples", "1001"),
+            "1001 samples of 101 members",
+        ),
+    ],
+)
+def test_an_output_that_would_be_large_is_refused_with_its_size(tmp_path, monkeypatch, command, size):
+    (tmp_path / "s.yaml").write_text(SAMPLED)
+    monkeypatch.setenv("LAGRANGE_LIMITS", "output=1")
+    name, *options = command
+    run = lagrange(name, "s.yaml", *options, cwd=tmp_path)
+    assert run.returncode == 2 and size in run.stderr and "LAGRANGE_LIMITS=output=..." in run.stderr
+    assert os.listdir(tmp_path) == ["s.yaml"]
+    monkeypatch.setenv("LAGRANGE_LIMITS", "output=6")
+    assert lagrange(name, "s.yaml", *options, cwd=tmp_path).returncode == 0
+
+
+def test_samples_in_memory_are_as_many_as_those_of_a_file(tmp_path, monkeypatch):
+    (tmp_path / "s.yaml").write_text(SAMPLED)
+    monkeypatch.setenv("LAGRANGE_LIMITS", "output=1")
+    with pytest.raises(UsageError, match="30001 samples, 40 bytes each"):
+        lagrange_cli.solve(tmp_path / "s.yaml", samples=30001)

@@ -160,7 +160,7 @@ def test_ctrl_c_in_the_motion_ends_the_command_without_a_picture(tmp_path, monke
     """It had to be pressed twice: the first one drew the motion so far, which took seconds."""
     monkeypatch.setattr("lagrange_cli.run.interrupts.Interrupts", Impatient)
     with working_in(tmp_path):
-        assert main([command, str(SYSTEMS / "double_pendulum.yaml"), "--stop", "1e6", "--quiet"]) == 130
+        assert main([command, str(SYSTEMS / "double_pendulum.yaml"), "--stop", "1e5", "--quiet"]) == 130
     captured = capsys.readouterr()
     assert (captured.out, captured.err.strip()) == ("", "Interrupted.")
     assert list(tmp_path.iterdir()) == []

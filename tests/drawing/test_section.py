@@ -242,6 +242,16 @@ def test_check_and_view_show_numbers_that_make_no_sense(tmp_path, capsys):
     assert main(["solve", str(file), "--stop", "0.01", "-o", str(tmp_path / "a.h5"), "--quiet"]) == 0
 
 
+def test_places_may_be_definitions_of_particles():
+    system = CHAIN.replace("nail: [x, 2]", "nail: [x, 2], mid: (cart + bead[0])/2, fast: bead[0].vx")
+    named, by_hand = (of(f"springs: [[{one}, nail]]", system) for one in ("mid", "(cart + bead[0])/2"))
+    assert named.data() == by_hand.data()
+    for speed in ("fast", "'bead[0].vx'"):
+        with pytest.raises(SpecError, match="this place in the drawing contains velocities") as caught:
+            of(f"points: [[{speed}, 0]]", system)
+        assert underlined(caught.value.problems[0]) in speed
+
+
 @pytest.mark.exhaustive(keep=0.45)
 def test_a_drawing_that_is_too_large_is_left_out_of_a_page():
     system = "coordinates: {x: {initial: 0}}\nmasses: {a: 1}\npositions: {a: [x, 0]}\nsolve: {stop: 0.01}\n"

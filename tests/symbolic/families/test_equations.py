@@ -335,3 +335,20 @@ lagrangian: sum(u_dot[i]**2/2 for i in range(N)) - sum(u[i]**(2 + 2*(i % 2)) for
     holds(derived)
     lines = families_as_written(derived, "text", "explicit", {}).splitlines()
     assert lines[-1].strip() == "u_ddot[i] = -2*(1 + (i % 2))*u[i]**(1 + 2*(i % 2))   [for i in range(N)]"
+
+
+TRAP = """
+sizes: {N: 60}
+parameters: {m: 1, b: 5, K: 1}
+coordinates: {"x[i in range(N)]": {initial: "cos(i)*i"}, "y[i in range(N)]": {initial: "sin(i)*i + 1"}}
+masses: {"ion[i in range(N)]": m}
+positions: {"ion[i in range(N)]": ["x[i]", "y[i]"]}
+potential: >-
+  sum(K/norm(ion[i] - ion[j]) for i in range(N) for j in range(i))
+  - sum(b*(x[i]*y_dot[i] - y[i]*x_dot[i])/2 for i in range(N))
+"""
+
+
+def test_the_angular_momentum_in_a_magnetic_field_is_one_sum() -> None:
+    line = "L_z = sum(-m*y[i]*x_dot[i] + m*x[i]*y_dot[i] + b*x[i]**2/2 + b*y[i]**2/2 for i in range(N))"
+    assert f"  {line}\n" in families_as_written(printed(TRAP), "text", "lagrange", {})
