@@ -35,6 +35,7 @@ DEFAULTS = {
     "exponent": 64,  # (1 + x)**64 written out still fits a page
     "samples": 10**10,
     "events": 10**7,  # crossings in a motion
+    "output": 4000,  # MB of samples in an output
     "runs": 10**8,  # members of a sweep
     "patience": 1_000_000,  # steps of a motion without a crossing of the section
     "seconds": math.inf,  # of a command

@@ -51,7 +51,7 @@ def folder(tmp_path, monkeypatch):
 
 def pytest_addoption(parser):
     parser.addoption("--seed", type=int, help="seed of the draw from exhaustive suites [random]")
-    parser.addoption("--most", type=int, help="run up to so many cases of each of them [all]")
+    parser.addoption("--times", type=float, help="run so many times as many cases of each as usually [all]")
 
 
 def pytest_configure(config):
@@ -101,13 +101,13 @@ def exhaustive(config):
 
 def thorough(config):
     """All cases of the exhaustive suites, with more examples, and the code that LLVM makes for users."""
-    return exhaustive(config) and config.option.most is None
+    return exhaustive(config) and config.option.times is None
 
 
 def pytest_collection_modifyitems(config, items):
     if any("::" in argument for argument in config.args):
         return
-    chosen = draws.sampled(items, config.option.seed, exhaustive(config), config.option.most)
+    chosen = draws.sampled(items, config.option.seed, exhaustive(config), config.option.times)
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen

@@ -130,6 +130,7 @@ def test_a_method_follows_the_motion_and_what_it_cannot_do_is_refused(package):
     assert "needs method taylor, not GBS" in wrong.stderr
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_an_output_is_written_with_its_unit(package):
     found = solved(package, PENDULUM, "--outputs", "q,v,velocities")
     theta, omega = found["q/theta"], found["v/theta"]

@@ -17,6 +17,7 @@ from lagrange_cli.expression.node import Kind, Node, bits, union
 from lagrange_cli.expression.syntax import Name
 from lagrange_cli.expression.vocabulary import TIME, member_name
 from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.values import Values
 from lagrange_cli.spec.wanted import Course, Wanted
@@ -56,7 +57,7 @@ class Scene:
         """The points that the section ``draw`` names."""
         paths = (*(draw.rods or ()), *(draw.springs or ()), draw.points, draw.trails or ())
         for path in (*paths, *(one.through for one in draw.curves or ())):
-            yield from map(self.scope.vector, path)
+            yield from map(self.vector, path)
         for course in draw.curves or ():
             if course.at is not None:
                 yield self._along(course)[0]
@@ -71,7 +72,7 @@ class Scene:
                 name = member_name(name, [integer(index, known) for index in tree.indices])
             if name in self.positions:
                 return self.positions[name]
-        vector = self.scope.vector(expression)
+        vector = self.vector(expression)
         return self.zero if len(vector) == 1 and vector[0].is_zero else self.lifted(vector)
 
     def along(self, course: Course) -> tuple[Place, list[str]]:
@@ -90,10 +91,19 @@ class Scene:
             low, high = map(self.scope.scalar, ends)
             self.scope.values[name] = low + (high - low) * self.graph.symbol(symbol)
         assert course.at is not None
-        vector = self.scope.vector(course.at)
+        vector = self.vector(course.at)
         for name in free:
             del self.scope.values[name]
         return vector, free
+
+    def vector(self, expression: Expression) -> Place:
+        """A place of the section ``draw``. Raises ``SpecError`` where it contains velocities, and is none."""
+        found = self.scope.vector(expression)
+        if union(found) & union(self.scope.v):
+            source = Source(self.spec.filename, self.spec.text)
+            message, hint = "this place in the drawing contains velocities", "write it in positions and t"
+            raise source.error(expression.place, message, hint)
+        return found
 
     def _upright(self, given: dict[str, Place]) -> bool:
         """Whether places of one component are heights."""

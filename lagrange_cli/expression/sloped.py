@@ -65,6 +65,8 @@ class Sloped:
             if not self.slopes:
                 return Sloped(plain_power(self.value, other.value), self.work)
             return composed(tried(powers, self.value, other.value), self)
+        if self.value <= 0:
+            raise ArithmeticError("this power has no derivative by its exponent")
         m = self.value.context if hasattr(self.value, "context") else math
         exponent = other * composed(tried(FUNCTIONS["log"], m, self.value), self)
         return composed(FUNCTIONS["exp"](m, exponent.value), exponent)

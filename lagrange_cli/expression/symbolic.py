@@ -25,6 +25,10 @@ FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
 }  # fmt: skip
 
 
+NOWHERE = frozenset({sympy.nan, sympy.zoo, sympy.oo, -sympy.oo})
+"""What is no number."""
+
+
 class SympyAlgebra(Undecided):
     """``Algebra[sympy.Expr]``.
 
@@ -50,7 +54,10 @@ class SympyAlgebra(Undecided):
         return sympy.Symbol(name)
 
     def function(self, name: str, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
-        """One of the functions of ``expression.vocabulary``."""
+        """One of the functions of ``expression.vocabulary``. Raises ``ZeroDivisionError`` where an argument
+        has been divided by 0."""
+        if any(one in NOWHERE for one in arguments):
+            raise ZeroDivisionError
         return FUNCTIONS[name](*arguments)
 
     def switch(self, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: int) -> sympy.Expr:

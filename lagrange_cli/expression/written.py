@@ -14,6 +14,9 @@ RARE = 1e-12
 ULPS = 4
 """Errors of the last place that constants collect where they are combined."""
 
+LEAST = 1e-150
+"""Squares of smaller numbers, and of the inverse of smaller ones, are no doubles."""
+
 
 @lru_cache(maxsize=4096)
 def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
@@ -27,10 +30,12 @@ def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
     near, digits = ULPS * math.ulp(number), WRITTEN if value == number else 0
     for turns in (0, 1, 2, -1):
         part = number / math.pi**turns
-        found = simple(part, near * part / number if number else 0.0, digits)
+        found = simple(part, near * (part / number) if number else 0.0, digits)
         if found is not None:
             return found, False, turns
-    square = simple(number * number, 2 * number * near, digits)
+    square = None
+    if LEAST < number < 1 / LEAST:
+        square = simple(number * number, 2 * number * near, digits)
     return (Fraction(value), False, 0) if square is None else (square, True, 0)
 
 

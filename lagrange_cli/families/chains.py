@@ -103,7 +103,8 @@ class ChainBuilder(FamilyBuilder):
 
     def grown(self, group: Group) -> tuple[Chain, ...]:
         """The same. Raises ``Unsuited`` where they follow in another way than by an addition."""
-        count = max(components(tree, self.groups, group) for tree in group.trees)
+        known = {**self.groups, **self.positions}
+        count = max(components(tree, known, group) for tree in group.trees)
         arrays = tuple(Array(Source.TOTAL, group.count) for _ in range(count))
         parents = [np.full(group.count, NONE, dtype=np.int64) for _ in arrays]
         terms: list[list[Term]] = [[] for _ in arrays]

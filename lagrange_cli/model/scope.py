@@ -9,7 +9,7 @@ from typing import Generic
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Algebra, E, Value
 from lagrange_cli.expression.build import Builder
-from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.syntax import ExpressionError, names
 from lagrange_cli.expression.vocabulary import (
     BODY_COMPONENTS,
     COMPONENTS,
@@ -20,7 +20,7 @@ from lagrange_cli.expression.vocabulary import (
     velocity_name,
 )
 from lagrange_cli.model.orientation import Turning, turning
-from lagrange_cli.spec.content import groups_by_name
+from lagrange_cli.spec.content import groups_by_name, statements
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import WrittenFamily
@@ -54,9 +54,11 @@ class Scope(Generic[E]):
         self.values |= self.replaced
         self.values |= {velocity_name(name): self._rate(one) for name, one in self.replaced.items()}
         self.wide = spec.wide
-        for name, one in groups_by_name(spec.definitions).items():  # each uses only earlier ones
-            if name not in self.wide:
-                self.values |= self._defined(name, one)
+        self._waiting = {*spec.of_particles} - self.wide
+        """Definitions that are built when they are first asked for."""
+        for name in groups_by_name(spec.definitions):  # each uses only earlier ones
+            if name not in self.wide and name not in self._waiting:
+                self._define(name)
         positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
         self.values |= positions
 
@@ -68,18 +70,34 @@ class Scope(Generic[E]):
             return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
         if component in BODY_COMPONENTS:
             return self.turning(base).component(component)
-        if base not in self.values and family_name(base) in self.wide:
-            self.values[base] = self.build(self.spec.definitions[base])
+        if base not in self.values:
+            self._find(base)
         value = self.values[base]
         return value[COMPONENTS.index(component)] if component else value
 
-    def _defined(self, name: str, one: Expression | WrittenFamily[Expression]) -> dict[str, Value]:
-        """The values of a definition, or of a family of them, whose members may use one another."""
+    def _find(self, name: str) -> None:
+        """Build a definition that has not been built, after those that it is made of."""
+        base = family_name(name)
+        if base in self.wide:
+            self.values[name] = self.build(self.spec.definitions[name])
+        elif base in self._waiting:
+            groups, needed = groups_by_name(self.spec.definitions), {base}
+            for one in [*groups][::-1]:
+                for written in statements(groups[one]) if one in needed else ():
+                    needed |= {symbol.base for symbol in names(written.tree)}
+            for one in groups:
+                if one in needed & self._waiting:
+                    self._define(one)
+                    self._waiting.discard(one)
+
+    def _define(self, name: str) -> None:
+        """Build a definition, or a family of them, whose members may use one another."""
+        one = groups_by_name(self.spec.definitions)[name]
         if not isinstance(one, WrittenFamily):
-            return {name: self.build(one)}
+            self.values[name] = self.build(one)
+            return
         for member, definition in zip(one.names, one):
             self.values[member] = self.build(definition)
-        return {}
 
     @property
     def in_equations(self) -> Iterator[Expression]:

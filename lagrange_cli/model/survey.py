@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import cached_property
 
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.syntax import Name, Number, Span
+from lagrange_cli.expression.syntax import Name, Number, Span, names
 from lagrange_cli.expression.vocabulary import MULTIPLIER, TIME, family_name, velocity_name
 from lagrange_cli.model.dimensions import Walk, vector
 from lagrange_cli.model.quantity import (
@@ -30,7 +30,8 @@ from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import firsts_of, written_by_family
+from lagrange_cli.spec.content import firsts_of, groups_by_name, parted, statements, written_by_family
+from lagrange_cli.spec.order import leading_to
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
@@ -58,14 +59,18 @@ class Survey:
         self.values: dict[str, Value] = {TIME: self.time}
         self.parameters = self._parameters()
         self.coordinates = self._coordinates()
-        self._values("definition '{}'", spec.definitions, self.values)
+        of_multipliers, others = parted(spec.definitions, with_multipliers(spec))
+        of_particles, others = parted(others, spec.of_particles)
+        self._values("definition '{}'", others, self.values)
         self._positions()
+        self._values("definition '{}'", of_particles, self.values)
         self.energy = self._energy()
         self.constraints: dict[str, Quantity] = {}
         self._values("constraint '{}'", spec.constraints, self.constraints)
         self.velocity_constraints: dict[str, Quantity] = {}
         self._values("constraint '{}'", spec.nonholonomic, self.velocity_constraints)
         self.values |= {f"{name}.{MULTIPLIER}": one for name, one in self.multipliers.items()}
+        self._values("definition '{}'", of_multipliers, self.values)
         before = len(self.conflicts)
         self._forces()
         self.balance = self.energy if len(self.conflicts) == before else BROKEN
@@ -273,6 +278,15 @@ class Survey:
                 for value in distinct(values):
                     message = f"{where} is in {{}}, and should be in {{}}"
                     self.agree(expected, named(self.scalar(value, where)), value.place, message)
+
+
+def with_multipliers(spec: Spec) -> list[str]:
+    """The definitions that contain multipliers, or what does: energies and constraints do not use them."""
+    uses: dict[str, set[str]] = {}
+    for name, group in groups_by_name(spec.definitions).items():
+        used = [one.identifier for written in statements(group) for one in names(written.tree)]
+        uses[name] = {MULTIPLIER if one.endswith(f".{MULTIPLIER}") else one.partition(".")[0] for one in used}
+    return leading_to(uses, [MULTIPLIER])
 
 
 def alike(coordinates: list[Coordinate]) -> list[Coordinate]:

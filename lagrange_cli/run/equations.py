@@ -72,10 +72,12 @@ def derive(
     most: float = math.inf,
     coordinates: str = "",
     begins: Callable[[Begun], None] | None = None,
+    suits: Callable[[Equations], None] | None = None,
 ) -> Derived:
     """Derive the equations of motion for printing; ``overrides`` are values by name, as ``--set`` has them.
     It takes ``most`` steps of work (``limits.Work``). They are in the ``coordinates`` of a transformation of
-    the file if one is named. What ``begins`` is told may be of use where they are too long.
+    the file if one is named. What ``begins`` is told may be of use where they are too long. ``suits`` may
+    refuse them before it is known what they conserve.
 
     Raises ``SpecError`` where there are none, or they are too large; ``UsageError`` where there is no such
     transformation.
@@ -101,6 +103,8 @@ def derive(
         if begins is not None:
             begins(Begun(spec, model, noted))
         equations = derive_equations(model, noted)
+        if suits is not None:
+            suits(equations)
         further = further_conserved(graph_model(spec, ExactGraphAlgebra()), equations)
         conserved = (*equations.conserved, *further)
         quantities = {each.quantity for each in further}

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lagrange_cli.limits import Work
     from lagrange_cli.run.equations import Begun
     from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.symbolic.equations import Equations
     from lagrange_cli.symbolic.families.equations import FamilyEquations
 
 INDEXED = FORMS[:5]
@@ -64,6 +65,7 @@ def derive_printed(
     coordinates: str = "",
     indexed: bool | None = None,
     begins: Callable[[Begun], None] | None = None,
+    suits: Callable[[Equations], None] | None = None,
 ) -> Printed:
     """The equations of motion, with indices where families are large, or too large to be written out, or as
     ``indexed`` says.
@@ -81,7 +83,7 @@ def derive_printed(
     if found is None:
         try:
             with by_members(spec, form, coordinates):
-                return derive(spec, stage, overrides, coordinates=coordinates, begins=begins)
+                return derive(spec, stage, overrides, coordinates=coordinates, begins=begins, suits=suits)
         except TooLargeSystem:
             found = _of_form(derive_families(spec, stage, small=True), form) if indexed else None
             if found is None:

@@ -85,13 +85,14 @@ def follow(
 ) -> Followed:
     """Integrate a motion into memory. However it ends, what was computed is kept. ``units`` are by path.
 
-    Raises ``MemoryError`` where the samples do not fit.
+    Raises ``UsageError`` where samples take more than is allowed, ``MemoryError`` where they do not fit.
     """
+    layout = layout_of(ready, units)
+    layout.check_size(ready.times.count)
     samples, crossings = Collector(), Collector()
     whole = None if demand is not None else Checkpointing[Progress](None, Schedule(inf, inf), ignore)
     with monitor.interrupts() as interrupted:
         outcome = follow_motion(ready, demand, monitor, samples.add, interrupted, crossings.add, whole)
-    layout = layout_of(ready, units)
     return Followed(ready.motion, ready.times, layout, outcome, samples.whole(), crossings.whole(), demand)
 
 

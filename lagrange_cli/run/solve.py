@@ -100,6 +100,8 @@ def integrate_and_write(
     """
     with monitor.stage("write"):
         layout = layout_of(ready, units_of(ready.motion.spec, monitor.tell))
+        if stream is None:
+            layout.check_size(ready.times.count)
     tell_empty(ready.motion.spec, ready.motion.settings, monitor.tell)
     if request.format == CSV:
         from lagrange_cli.run.tabulate import tabulate

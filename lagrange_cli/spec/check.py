@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 W = TypeVar("W", bound=Written)
 Expressions: TypeAlias = "Mapping[str, Expression]"
 Families: TypeAlias = "Mapping[str, Mapping[str, Family]]"
+Groups: TypeAlias = "Mapping[str, Entry | WrittenFamily[Entry]]"
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -38,12 +39,14 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
     checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
-    definitions = checker.definitions()
+    others, of_particles = checker.definitions()
+    defined = checker.settling.settle_all(others, Kind.DEFINITION, "definitions")
     coordinates = checker.coordinates()
     check_formulation(draft, problems)
     masses = checker.expressions("masses")
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
+    defined += checker.settling.settle_all(of_particles, Kind.DEFINITION, "definitions")
     if draft.bodies:
         masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
@@ -58,7 +61,8 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
-        definitions=definitions,
+        definitions=given_by_name(defined),
+        of_particles=tuple(of_particles),
         masses=masses,
         embedding=embedding,
         potential=checker.expressions("potential"),
@@ -99,10 +103,11 @@ class _Checker:
     problems: Problems
 
     def __post_init__(self) -> None:
-        self._settling = Settling(self.names)
+        self.settling = Settling(self.names)
 
     def parameters(self) -> Sequence[Parameter]:
-        settled = self._settling.settle_all(self.draft.declared("parameters"), Kind.PARAMETER, "parameters")
+        groups = self.settling.in_order(self.draft.declared("parameters"), Kind.PARAMETER)
+        settled = self.settling.settle_all(groups, Kind.PARAMETER, "parameters")
         return in_order(mapped(settled, parameter))
 
     def coordinates(self) -> Sequence[Coordinate]:
@@ -119,10 +124,6 @@ class _Checker:
                     where = f"{field} of coordinate '{declared.key.label}'"
                     check_scalar(self.names, value, "coordinates", where)
         return in_order(mapped(groups, coordinate))
-
-    def definitions(self) -> Mapping[str, Expression]:
-        settled = self._settling.settle_all(self.draft.entries("definitions"), Kind.DEFINITION, "definitions")
-        return given_by_name(settled)
 
     def embedding(self) -> Mapping[str, Expression]:
         groups = groups_of(self.draft.entries("embedding"))
@@ -144,7 +145,7 @@ class _Checker:
                     self._position(entry)
             else:
                 vector = self._components(first, found[1])
-                self._settling.settle_part(
+                self.settling.settle_part(
                     group.family, part, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector
                 )
 
@@ -154,7 +155,7 @@ class _Checker:
         if entry.value is not None:
             _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
         vector = self._components(entry, bounds)
-        self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
+        self.settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
 
     def _components(self, entry: Entry, bounds: Any) -> Any:
         """The bounds as those of a vector, which must have as many components as other members have."""
@@ -208,6 +209,14 @@ class _Checker:
                 self.problems.add_once(value.place, message.format(entry.name), hint)
 
     # What checks the sections that few files have is imported for those files.
+
+    def definitions(self) -> tuple[Groups, Groups]:
+        """The definitions, those that contain particles by themselves."""
+        if not self.draft.entries("definitions"):
+            return {}, {}
+        from lagrange_cli.spec.definitions import definitions_of
+
+        return definitions_of(self.draft, self.names, self.settling)
 
     def bodies(self) -> tuple[Mapping[str, Body], Expressions, Families]:
         """The bodies by name, the norms of their quaternions, and all families with theirs."""

@@ -215,3 +215,11 @@ def by_name(groups: Mapping[str, Any]) -> Mapping[str, Any]:
     """The same of what is given by name."""
     whole = any(isinstance(one, WrittenFamily) for one in groups.values())
     return ByName(groups) if whole else dict(groups)
+
+
+def parted(section: Mapping[str, T], names: Iterable[str]) -> tuple[Mapping[str, T], Mapping[str, T]]:
+    """What has one of these ``names``, of families without indices, and all else of a section."""
+    chosen, groups = set(names), groups_by_name(section)
+    inside = {name: one for name, one in groups.items() if name in chosen}
+    outside = {name: one for name, one in groups.items() if name not in chosen}
+    return by_name(inside), by_name(outside)

@@ -126,6 +126,8 @@ class Evaluation:
         users = [one.tree for group in groups_by_name(self.spec.masses).values() for one in statements(group)]
         users += [one.tree for one in self.spec.solve.times.values()]
         users += [x.tree for body in self.spec.written_bodies for x in body.inertia.entries]
+        parameters = names_of(self.spec.parameters)
+        users += [tree for name, tree in self.overrides.items() if name not in parameters]
         for group in groups_of(self.spec.coordinates):
             for one in statements(group):
                 users += [x.tree for x in (one.initial, one.velocity) if x is not None]

@@ -38,8 +38,8 @@ def not_allowed(name: Name, meaning: Meaning, base: str, kind: Kind, rule: Rule)
     if meaning.what is Kind.DEFINITION and kind is not Kind.DEFINITION:
         via = f", which depends on {'t' if kind is Kind.TIME else f'a {kind.value}'},"
     hint = rule.hint
-    if meaning.what in (Kind.PARTICLE, Kind.BODY) and rule.allowed == CONFIGURATION and not via:
-        hint += "; name the vector under 'definitions', and use that name in both"
+    if kind is Kind.PARTICLE and rule.allowed == CONFIGURATION:
+        hint += "; name the particle's position under 'definitions', and use that name in both"
     return ExpressionError(name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", hint)
 
 
@@ -90,6 +90,8 @@ def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> 
     hint = f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
     if meaning.what is Kind.BODY and component not in VELOCITIES:
         hint += f", {label}.{SPACE_SPIN[0]}, {label}.{BODY_SPIN[0]}, {label}.{POINT}(a, b, c), ..."
+    if component in {*VELOCITIES, *VELOCITY_COMPONENTS} and meaning.what is Kind.DEFINITION:
+        hint += "; particles, bodies and their points have velocities, as bob.vx and plate.at(a, 0, 0).vx"
     if component in VELOCITIES and meaning.what in (Kind.PARTICLE, Kind.BODY):
         velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
         hint = f"write ({velocity}) for its velocity"

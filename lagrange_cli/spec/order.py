@@ -32,6 +32,17 @@ def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list
     return order, _cycles(stuck)
 
 
+def leading_to(uses: Mapping[str, Iterable[str]], targets: Iterable[str]) -> list[str]:
+    """Those keys of ``uses``, each of which comes after all it uses, that use one of the ``targets``, or what
+    does."""
+    known, found = set(targets), list[str]()
+    for name, used in uses.items():
+        if not known.isdisjoint(used):
+            known.add(name)
+            found.append(name)
+    return found
+
+
 class Needs(Exception):
     """Raised in computing one thing: another, of this name, must be computed before."""
 

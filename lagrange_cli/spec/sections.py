@@ -77,15 +77,10 @@ SECTIONS = Table(
             "definitions",
             "definition",
             read_vector,
-            "name -> an expression or `[x, y, z]` in q, q_dot, t, parameters and other definitions",
+            "name -> an expression or `[x, y, z]` in everything that has a name: q, q_dot, t, parameters, "
+            "particles, bodies and other definitions, see [below](#definitions)",
             example="omega: sqrt(g/l)",
             also="defs definition expressions functions let where",
-            rule=Rule(
-                STATE | {Kind.MULTIPLIER},
-                "definitions may use coordinates, velocities, t, parameters, multipliers and other "
-                "definitions, but no particles, whose positions may use them: write the expression where "
-                "it is used",
-            ),
             family="some",
         ),
         named(

@@ -17,12 +17,13 @@ from lagrange_cli.expression.vocabulary import (
     member_name,
     velocity_name,
 )
-from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.content import groups_by_name, names_of
 from lagrange_cli.spec.roles import COORDINATE, PARAMETER, SIZE, VELOCITY, role
 from lagrange_cli.spec.spec import Spec
 
 OPTIONS = "start", "stop", "step", "samples", "tolerance", "method", "outputs", "precision"
 """Options that could be taken for names of numbers."""
+NUMBERS = "values are numbers, or expressions in parameters"
 
 
 def settable(spec: Spec, name: str, asked: str) -> str:
@@ -78,11 +79,16 @@ def unsettable(spec: Spec, name: str, value: str, known: list[str]) -> str:
 
 def parsed(spec: Spec, name: str, text: str) -> Tree:
     """The expression that ``name`` is set to. Raises ``UsageError`` where it is none, or contains more than
-    parameters and sizes."""
+    parameters and sizes, and definitions that are constant if it is an initial value."""
     try:
         tree = parse(text)
         for one in names(tree):
-            _check_name(spec, one)
+            if one.base in groups_by_name(spec.definitions) and name not in names_of(spec.parameters):
+                from lagrange_cli.spec.surface import check_constant
+
+                check_constant(one, spec, NUMBERS)
+            else:
+                _check_name(spec, one)
     except ExpressionError as error:
         raise wrong_usage(f"--set {name}={text}", error) from error
     return tree
@@ -105,8 +111,7 @@ def _check_name(spec: Spec, one: Name) -> None:
         )
     if what:
         message = f"'{one.identifier.partition('.')[0]}' is {what}"
-        hint = "values are numbers, or expressions in parameters"
-        raise ExpressionError(one.span, message, f"{hint}; {known_hint(known)}" if known else hint)
+        raise ExpressionError(one.span, message, f"{NUMBERS}; {known_hint(known)}" if known else NUMBERS)
     raise ExpressionError(one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, known))
 
 

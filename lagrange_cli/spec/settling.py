@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.near import shown
@@ -27,6 +27,10 @@ AS_VECTOR = (
     "make them components of one family of vectors, as in r[i in range(1, N)]: (r[i - 1].x, r[i - 1].y)"
 )
 """Families are computed one after the other, even if no member depends on itself."""
+AS_PLACE = (
+    "a position may not use what depends on it: write it in coordinates, or in definitions that contain no "
+    "particles"
+)
 
 W = TypeVar("W", bound=Written)
 
@@ -74,26 +78,36 @@ class Settling:
 
     names: Names
 
-    def settle_all(self, entries: Sequence[W], what: Kind, section: str) -> list[W | WrittenFamily[W]]:
-        """Check and settle parameters or definitions; in the order in which each uses earlier ones only.
-
-        Families are put in order as a whole, then the members of each among themselves.
+    def in_order(
+        self, entries: Sequence[W], what: Kind, places: Mapping[str, set[str]] | None = None
+    ) -> dict[str, W | WrittenFamily[W]]:
+        """Parameters or definitions, each after those that it uses, families as a whole; cycles are reported.
+        ``places`` are the names that positions of particles are made of: definitions may use particles.
         """
         groups = {one.name: one for one in groups_of(entries)}
-        uses = {name: self._uses(one) for name, one in groups.items()}
+        uses = {name: self.uses(one) for name, one in groups.items()}
         for name, one in groups.items():
             if isinstance(one, WrittenFamily):
                 uses[name].discard(name)
-        order, cycles = dependency_order(uses)
+        order, cycles = dependency_order({**(places or {}), **uses})
         for stuck in groups.keys() - set(order):
             group = groups[stuck]
             if isinstance(group, WrittenFamily):
                 self.settle_part(group.family, None, what, frozenset(), None)
             else:
                 self.settle(stuck, what, frozenset(), None)
+        for cycle in cycles:
+            self._note(cycle, groups, what)
+        return {name: groups[name] for name in order if name in groups}
+
+    def settle_all(
+        self, groups: Mapping[str, W | WrittenFamily[W]], what: Kind, section: str
+    ) -> list[W | WrittenFamily[W]]:
+        """Check and settle parameters or definitions that are ``in_order``; the members of each family are
+        put in order then."""
         found: list[W | WrittenFamily[W]] = []
-        for name in order:
-            group = groups[name]
+        cycles: list[list[str]] = []
+        for group in groups.values():
             if isinstance(group, WrittenFamily):
                 settled, circles = self._family(group, what, section)
             else:
@@ -103,17 +117,25 @@ class Settling:
                 found.append(settled)
             cycles += circles
         for cycle in cycles:
-            several = len({*map(family_name, cycle)}) > 1
-            families = [isinstance(groups[family_name(one)], WrittenFamily) for one in cycle]
-            first = groups[family_name(cycle[0])]
-            if isinstance(first, WrittenFamily):
-                first = first.named(cycle[0]) or first[0]
-            self.names.problems.add_once(
-                first.place,
-                f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}",
-                AS_VECTOR if several and all(families) and what is Kind.DEFINITION else BREAK,
-            )
+            self._note(cycle, groups, what)
         return found
+
+    def _note(self, cycle: list[str], groups: Mapping[str, W | WrittenFamily[W]], what: Kind) -> None:
+        """Note a cycle, which may lead through positions of particles."""
+        bases = [*map(family_name, cycle)]
+        start = next(k for k, base in enumerate(bases) if base in groups)
+        if start:
+            cycle = [*cycle[start:], *cycle[1 : start + 1]]
+        first = groups[family_name(cycle[0])]
+        if isinstance(first, WrittenFamily):
+            first = first.named(cycle[0]) or first[0]
+        hint = BREAK
+        if not groups.keys() >= {*bases}:
+            hint = AS_PLACE
+        elif len({*bases}) > 1 and what is Kind.DEFINITION:
+            hint = AS_VECTOR if all(isinstance(groups[one], WrittenFamily) for one in bases) else BREAK
+        message = f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}"
+        self.names.problems.add_once(first.place, message, hint)
 
     def _family(
         self, group: WrittenFamily[W], what: Kind, section: str
@@ -123,7 +145,7 @@ class Settling:
         if group.name in self.names.table:
             kinds = self.names.table[group.name].kinds - {what}  # its own members are no further kind
             self.names.table[group.name] = replace(self.names.table[group.name], kinds=kinds)
-        if group.name not in self._uses(group):
+        if group.name not in self.uses(group):
             for one in self._apart(group, what, section):
                 self._settle_one(one, what, section)
             return group, []
@@ -237,17 +259,17 @@ class Settling:
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of one; the kinds of a family are those of all its members."""
         base = family_name(name)
-        if self._is(base, what):
+        if self.stands_for(base, what):
             self.names.settle(name, kinds | self._known(base), value)
 
     def settle_part(
         self, family: Family, part: Part[Any] | None, what: Kind, kinds: frozenset[Kind], value: Any
     ) -> None:
         """The same for a part of a family, or all of it."""
-        if self._is(family.name, what):
+        if self.stands_for(family.name, what):
             self.names.settle_part(family, part, kinds | self._known(family.name), value)
 
-    def _is(self, base: str, what: Kind) -> bool:
+    def stands_for(self, base: str, what: Kind) -> bool:
         """Whether a name stands for this, and not for another thing of the same name."""
         meaning = self.names.table.get(base)
         return meaning is not None and meaning.what is what
@@ -257,7 +279,7 @@ class Settling:
         meaning = self.names.table[base]
         return meaning.kinds if meaning.family is not None and meaning.value is not None else frozenset()
 
-    def _uses(self, group: W | WrittenFamily[W]) -> set[str]:
+    def uses(self, group: W | WrittenFamily[W]) -> set[str]:
         """The names that something uses, or the members of a family."""
         return bases_in(
             *([part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group])

@@ -174,9 +174,10 @@ class Spec:
     file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
     Masses and positions of ``bodies`` are there, too, and the norms of their quaternions under
     ``constraints``. ``definitions`` and ``parameters`` are sorted so that each uses only
-    earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by the keys of the
-    file that give forces (``model.forces`` says how each acts), then by what they act on. ``text`` is the
-    file as read.
+    earlier ones. Definitions ``of_particles`` (families without indices) contain particles or bodies;
+    positions may use the others. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by
+    the keys of the file that give forces (``model.forces`` says how each acts), then by what they act on.
+    ``text`` is the file as read.
 
     Everything goes by the names of members, such as ``theta[3]``; families are kept as they are written, and
     their members are made where they are asked for (``spec.content``). ``families`` has them by section and
@@ -198,6 +199,7 @@ class Spec:
     parameters: Sequence[Parameter]
     coordinates: Sequence[Coordinate]
     definitions: Mapping[str, Expression]
+    of_particles: tuple[str, ...]
     masses: Mapping[str, Expression]
     embedding: Mapping[str, Expression]
     potential: Mapping[str, Expression]

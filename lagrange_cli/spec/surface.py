@@ -8,9 +8,10 @@ from collections.abc import Iterable
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.bounds import Bounds
+from lagrange_cli.expression.syntax import ExpressionError, Name
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
-from lagrange_cli.spec.content import by_name, groups_by_name
+from lagrange_cli.spec.content import by_name, groups_by_name, parted
 from lagrange_cli.spec.event import Event
 from lagrange_cli.spec.events.readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
@@ -57,6 +58,19 @@ def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
     return replace(spec, events=by_name({**groups_by_name(spec.events), SURFACE: surface}))
 
 
+def check_constant(name: Name, spec: Spec, hint: str) -> None:
+    """Raise ``ExpressionError`` where a definition in an option changes, with this ``hint``, or has no such
+    member or component."""
+    known = names_of(spec, Problems(Source(spec.filename, spec.text)))
+    meaning = known.table[name.base]
+    if meaning.kinds - {Kind.PARAMETER, Kind.SIZE}:
+        raise ExpressionError(name.span, f"'{name.base}' is not constant", hint)
+    known.check_indices(name, meaning)
+    component = name.identifier.partition(".")[2]
+    if component:
+        known.check_component(name, meaning, name.base, component)
+
+
 def names_of(spec: Spec, problems: Problems) -> Names:
     """The table of names of a system that has been read, for expressions that stand elsewhere."""
     names = Names(problems, spec.sizes, {row.key: row.rule for row in SECTIONS.rows})
@@ -79,10 +93,12 @@ def names_of(spec: Spec, problems: Problems) -> Names:
 
     declare("coordinates", (one.name for one in spec.coordinates), Kind.COORDINATE, scalar())
     declare("parameters", (one.name for one in spec.parameters), Kind.PARAMETER, scalar())
+    of_particles, others = parted(spec.definitions, spec.of_particles)
     for section, what, given in (
-        ("definitions", Kind.DEFINITION, spec.definitions),
+        ("definitions", Kind.DEFINITION, others),
         ("embedding", Kind.PARTICLE, {k: one for k, one in spec.embedding.items() if k not in spec.bodies}),
         ("bodies", Kind.BODY, {name: spec.embedding[name] for name in spec.bodies}),
+        ("definitions", Kind.DEFINITION, of_particles),
     ):
         declare(section, given, what)
         for name, expression in given.items():

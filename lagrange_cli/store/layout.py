@@ -6,6 +6,8 @@ import math
 from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.errors import UsageError
+from lagrange_cli.limits import limit, way_out
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -111,8 +113,22 @@ class Layout:
 
     def chunk_rows(self, expected: int) -> int:
         """Samples per chunk for about ``expected`` samples: large, but bounded over all series."""
-        row = BYTES * (1 + sum(math.prod(series.shape) for series in self.series))
-        return max(1, min(ROWS, expected, max(64, MEMORY // row)))
+        return max(1, min(ROWS, expected, max(64, MEMORY // self.row)))
+
+    @property
+    def row(self) -> int:
+        """The bytes of a sample of all series, and of its time."""
+        return BYTES * (1 + sum(math.prod(series.shape) for series in self.series))
+
+    def check_size(self, samples: int, members: int = 1) -> None:
+        """Raise ``UsageError`` where so many samples of each of the members take more than is allowed."""
+        size = samples * members * self.row
+        if size > 1e6 * limit("output"):
+            many = f" of {members} members" if members > 1 else ""
+            raise UsageError(
+                f"{samples} samples{many}, {self.row} bytes each, would take {size / 1e9:.3g} GB: "
+                f"ask for fewer samples or outputs, {way_out('output')} (in MB)"
+            )
 
     def crossing_rows(self) -> int:
         """EventSeries per chunk: few, as there may be few in all, and bounded over all events."""

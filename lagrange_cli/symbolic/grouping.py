@@ -44,7 +44,8 @@ def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
 
 
 def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
-    """As ``tidy``, but powers of sums, as in k*(x - l)**2/2, are expanded only where that is shorter.
+    """As ``tidy``, but powers of sums, as in k*(x - l)**2/2, and products of several sums are expanded only
+    where that is shorter.
 
     This applies only to terms that depend on nothing faster than ``fastest``: others have to be collected.
     """
@@ -60,20 +61,27 @@ def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
 
 
 def is_shorter(expanded: sympy.Expr, short: sympy.Expr) -> bool:
-    """Whether an expanded form is shorter than one with powers of sums, and is not such a power itself."""
-    powers_left = any(is_power_of_sum(factor) for factor in sympy.Mul.make_args(expanded))
-    return size_of(expanded) < size_of(short) and not powers_left
+    """Whether an expanded form is shorter than one with powers of sums, and is not such a power itself, or is
+    not longer than a product of sums without powers."""
+    before, after = (any(map(is_power_of_sum, sympy.Mul.make_args(one))) for one in (short, expanded))
+    return size_of(expanded) < size_of(short) + (not before) and not after
 
 
 def with_settled_sums(part: sympy.Expr) -> sympy.Expr | None:
-    """A product with the sums that it has powers of contracted; None where there are none, or too large."""
+    """A product of sums, or of powers of sums, with these contracted; None where there are none, or too
+    large."""
     factors = sympy.Mul.make_args(part)
-    if not any(is_power_of_sum(factor) for factor in factors):
+    if not any(map(is_power_of_sum, factors)) and sum(one.is_Add for one in factors) < 2:
         return None
     try:
-        return sympy.Mul(*(settled(f.base) ** f.exp if is_power_of_sum(f) else f for f in factors))
+        return sympy.Mul(*(settled(one) if one.is_Add else with_settled_base(one) for one in factors))
     except TooLargeError:
         return None
+
+
+def with_settled_base(factor: sympy.Expr) -> sympy.Expr:
+    """A factor, if it is a power of a sum with that contracted."""
+    return settled(factor.base) ** factor.exp if is_power_of_sum(factor) else factor
 
 
 def is_power_of_sum(factor: sympy.Expr) -> bool:

@@ -72,12 +72,19 @@ def solve(
                     for i in range(len(block))
                 ]
                 numerator = shortened(contract(determinant_of(replaced)))
+                if least_size(numerator) > longest:
+                    return None
                 found = solution[index] = quotient(numerator, determinant, order)
                 if size_of(found) > longest:
                     return None
     except TooLargeError:
         return None
     return tuple(solution)
+
+
+def least_size(terms: Terms) -> int:
+    """A lower bound on the size of a sum, however it is written: each of its factors stands there once."""
+    return sum(map(size_of, {base for monomial in terms for base, _ in monomial}))
 
 
 def blocks(matrix: Sequence[Sequence[sympy.Expr]]) -> list[list[int]]:

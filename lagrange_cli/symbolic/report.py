@@ -28,8 +28,7 @@ def sections(equations: Equations, form: str, notation: Notation) -> list[Sectio
     """The sections of a form. Raises ``UsageError`` where the system has no such form."""
     writer = Writer(notation, equations.order)
     if form == "explicit":
-        if equations.accelerations is None:
-            raise UsageError(f"{without_solution(equations)}: use --form matrix ({linear_system(equations)})")
+        refuse_unsolved(equations)
         found = [*explicit_sections(equations, writer), *constraint_sections(equations, writer)]
     elif form == "lagrange":
         found = lagrange_sections(equations, writer)
@@ -64,6 +63,12 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
     conserved = tuple(conserved_statement(*with_sums(each, writer)) for each in equations.conserved)
     found.append(Section("Conserved", conserved or (NOTHING,), True))
     return [*found, *changing_sections(equations.changing, writer)]
+
+
+def refuse_unsolved(equations: Equations) -> None:
+    """Raise ``UsageError`` where there are no explicit accelerations."""
+    if equations.accelerations is None:
+        raise UsageError(f"{without_solution(equations)}: use --form matrix ({linear_system(equations)})")
 
 
 def explicit_sections(equations: Equations, writer: Writer) -> list[Section]:

@@ -114,6 +114,7 @@ def test_a_sweep_that_is_interrupted_keeps_the_members_that_ended(monkeypatch):
     assert caught.value.result.status == "interrupted"
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_a_section_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options = ["--where", "x", "--crossings", "5", "--direction", "either"]
@@ -188,6 +189,7 @@ constraints: {rod: x**2 + y**2 - 1, second: a*(x**2 + y**2 - 1) + (a - 1)*z}
 """
 
 
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.filterwarnings("ignore::lagrange_cli.LagrangeWarning")
 def test_constraints_may_depend_on_each_other_in_some_members_only():
     """For a = 1 the second constraint is the first; else it keeps z at 0."""
@@ -226,6 +228,7 @@ solve: {stop: 1, samples: 3}
 """
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_moments_of_inertia_and_sizes_of_solids_may_differ_between_members():
     swept = lagrange.sweep(TOP, over={"I": [1, 2, 4], "s": [0.4, 0.7]}, outputs=["q"])
     for i, moment in enumerate((1, 2, 4)):

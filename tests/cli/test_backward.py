@@ -40,6 +40,7 @@ def close(a, b, wrong=1e-14):
     return np.max(np.abs(a - b)) <= wrong
 
 
+@pytest.mark.exhaustive(keep=0.3)
 def test_every_way_to_follow_it_gives_the_same_motion(written):
     plain = written("solve")
     assert plain["t"].tolist() == [1, 0.5, 0, -0.5, -1, -1.5, -2, -2.5, -3]
@@ -96,6 +97,7 @@ def test_what_leads_nowhere_is_refused(written, capsys, options, message):
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_bench_goes_backward_too(written, capsys):
     assert main(["bench", "system.yaml", "--methods", "taylor,DOP853", "--tolerances", "1e-9"]) == 0
     out = capsys.readouterr().out

@@ -50,6 +50,7 @@ def check(*names: str, cwd) -> list[dict]:
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_what_kind_of_system_each_is(tmp_path):
     for name, answer in zip(FACTS, check(*FACTS, cwd=tmp_path), strict=True):
         degrees, scleronomic, cyclic, conserved = FACTS[name]
@@ -154,6 +155,7 @@ def test_units_that_contradict_are_told_where_numbers_are_computed(tmp_path, com
     assert (run.returncode, run.stderr) == (0, "")
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("sequence", "middle", "angle"), [("zxz", "b", 0), ("xyz", "b", "pi/2"), ("zxz", "b", 0.1)]
 )
@@ -242,6 +244,7 @@ def test_frobenius_tells_which_constraints_on_velocities_are_holonomic(tmp_path)
     assert answer["degrees_of_freedom"] == 2
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_families_of_constraints_are_shown_as_one():
     text = """
         sizes: {N: 3}

@@ -42,6 +42,10 @@ CASES = [
     ("LSODA", STEEP, Ending.METHOD_FAILED),
 ]
 NAMED = {
+    **{
+        (method, FOLD): "the mass matrix is singular: no kinetic energy depends on x_dot (line 1)"
+        for method in METHODS
+    },
     **{(method, COLLISION): "the denominator x reaches 0 in -1/x (line 4)" for method in OURS},
     **{(method, ROOT): "x reaches 0 in x**2.5 (line 4)" for method in OURS},
 }

@@ -19,6 +19,7 @@ def solve(*arguments, cwd) -> dict:
     return json.loads(run.stdout)
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_two_bobs_are_the_double_pendulum_to_the_last_bit(tmp_path):
     options = ["--stop", "5", "--outputs", "all"]
     start = ["--size", "N=2", "--set", "theta[1]=2.5"]
@@ -78,6 +79,7 @@ def test_three_bodies_come_back_along_the_eight(tmp_path):
         np.testing.assert_allclose(third, np.roll(start, 1, axis=0), atol=1e-6)
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_the_planets_keep_their_distances(tmp_path):
     summary = solve(SYSTEMS / "solar_system.yaml", "--size", "N=5", "--outputs", "positions", cwd=tmp_path)
     assert summary["status"] == "complete"
@@ -102,6 +104,7 @@ embedding:
 """
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_what_is_said_of_many_members_stays_short(tmp_path):
     (tmp_path / "free.yaml").write_text(FREE, encoding="utf-8")
     run = lagrange("solve", "free.yaml", "--stop", "1", cwd=tmp_path)
@@ -120,6 +123,7 @@ def test_what_is_said_of_many_members_stays_short(tmp_path):
     assert [each["expression"] for each in facts["conserved"][:2]] == ["dL/dx_dot[0]", "dL/dx_dot[1]"]
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_many_masses_that_are_not_coupled_are_listed_in_short(tmp_path):
     (tmp_path / "free.yaml").write_text(FREE.replace("x[i]\n", "x[i] + x[i - i % 2]\n"), encoding="utf-8")
     check = lagrange("check", "--verbose", "free.yaml", cwd=tmp_path)
@@ -127,6 +131,7 @@ def test_many_masses_that_are_not_coupled_are_listed_in_short(tmp_path):
     assert all(len(line) < 200 for line in check.stdout.splitlines())
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_text_says_members_as_the_file_does(tmp_path):
     run = lagrange("equations", N_PENDULUM, "--size", "N=2", "--verify", cwd=tmp_path)
     assert "theta_ddot[1] + g*sin(theta[0])" in run.stdout or "l*theta_ddot[1]" in run.stdout
@@ -172,6 +177,7 @@ def test_the_printed_equations_are_those_of_the_double_pendulum(tmp_path):
         assert vanishes(left - right)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_every_string_of_the_json_is_read_back_by_sympy(tmp_path):
     (tmp_path / "taken.yaml").write_text(
         "parameters: {m: [2], m_0: 3}\n"
@@ -206,6 +212,7 @@ def test_a_coordinate_without_kinetic_energy_is_shown_at_its_key(tmp_path):
     assert run.stderr.count("idle.yaml") == 1
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_chains_are_printed_with_indices_however_long_they_are(tmp_path):
     run = lagrange("equations", N_PENDULUM, "--size", "N=300", "--verify", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")

@@ -24,6 +24,7 @@ NAMES = ("double_pendulum", "pendulum", "harmonic_oscillator")
 """The first one takes longest."""
 
 
+@pytest.mark.exhaustive(keep=0.2)
 def test_what_is_said_and_written_is_that_of_one_after_the_other(tmp_path):
     (tmp_path / "wrong.yaml").write_text("coordinates: [x]\n")
     systems = [*(SYSTEMS / f"{name}.yaml" for name in NAMES), "wrong.yaml", "nosuch.yaml", "-"]
@@ -44,6 +45,7 @@ def test_what_is_said_and_written_is_that_of_one_after_the_other(tmp_path):
         assert one.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_summaries_stay_in_their_order_where_processes_begin_anew(tmp_path):
     """On Windows and macOS a process is not copied: what it is given is pickled."""
     program = (

@@ -7,6 +7,8 @@ import resource
 import h5py
 import pytest
 
+import lagrange_cli
+from lagrange_cli.errors import UsageError
 from tests.support.command import SYSTEMS, lagrange, lagrange_process, lagrange_processes
 
 PENDULUM, CHAIN = SYSTEMS / "pendulum.yaml", SYSTEMS / "fpu_chain.yaml"
@@ -74,6 +76,7 @@ def hostile_runs(tmp_path_factory):
     )
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_the_limit_is_named(hostile_runs, name):
     for run, folder in hostile_runs[name]:
@@ -97,6 +100,7 @@ def test_families_that_stay_families_may_be_large(tmp_path, case):
     assert [one["quantity"] for one in json.loads(run.stdout)["conserved"]] == ["h"]
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("option", [("--over", "theta=0:1:1000000000000"), ("--random", "theta=normal(0,1)")])
 def test_too_many_runs(tmp_path, option):
     drawn = ("--members", "1000000000000") if option[0] == "--random" else ()
@@ -109,6 +113,7 @@ def with_limits(monkeypatch, limits):
     monkeypatch.setenv("LAGRANGE_LIMITS", limits)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_limits_move(tmp_path, monkeypatch):
     (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\nobservables:\n  w[i in range(N)]: i*x\n")
     with_limits(monkeypatch, "members=19")
@@ -117,6 +122,7 @@ def test_limits_move(tmp_path, monkeypatch):
     assert lagrange_process("check", "family.yaml", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     "limits", ["members", "members=x", "member=1", "seconds=-1", "bytes=nan", "memory=1"]
 )
@@ -141,6 +147,7 @@ def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
         assert file.attrs["status"] == "interrupted"
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
     with_limits(monkeypatch, "seconds=1")
     run = lagrange_process("equations", SYSTEMS / "bicycle.yaml", cwd=tmp_path)
@@ -177,6 +184,7 @@ def table_runs(tmp_path_factory):
         return limited_each(tmp_path_factory.mktemp("tables"), files, sweep)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("name", TABLES)
 def test_a_table_from_elsewhere(table_runs, name):
     ((run, folder),) = table_runs[name]
@@ -246,6 +254,7 @@ def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands,
         assert "'check' and 'solve' may work nevertheless" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path, monkeypatch):
     """Here with a fraction of the work that is usually allowed. All of them are coupled."""
     with_limits(monkeypatch, "work=500000")
@@ -267,3 +276,34 @@ def test_the_work_of_deriving_is_bounded(tmp_path, command, monkeypatch):
     assert (run.returncode, run.stdout) == (3, "")
     assert f"{pendulum}: deriving the equations takes more than 2000 steps of work" in run.stderr
     assert "LAGRANGE_LIMITS=work=" in run.stderr and not os.listdir(tmp_path)
+
+
+SAMPLED = "name: s\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - x**2/2\nsolve: {stop: 1}\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "size"),
+    [
+        (("solve", "--samples", "30001"), "30001 samples, 40 bytes each, would take 0.0012 GB"),
+        (
+            ("sweep", "--over", "x=0:1:101", "--outputs", "q", "--samples", "1001"),
+            "1001 samples of 101 members",
+        ),
+    ],
+)
+def test_an_output_that_would_be_large_is_refused_with_its_size(tmp_path, monkeypatch, command, size):
+    (tmp_path / "s.yaml").write_text(SAMPLED)
+    monkeypatch.setenv("LAGRANGE_LIMITS", "output=1")
+    name, *options = command
+    run = lagrange(name, "s.yaml", *options, cwd=tmp_path)
+    assert run.returncode == 2 and size in run.stderr and "LAGRANGE_LIMITS=output=..." in run.stderr
+    assert os.listdir(tmp_path) == ["s.yaml"]
+    monkeypatch.setenv("LAGRANGE_LIMITS", "output=6")
+    assert lagrange(name, "s.yaml", *options, cwd=tmp_path).returncode == 0
+
+
+def test_samples_in_memory_are_as_many_as_those_of_a_file(tmp_path, monkeypatch):
+    (tmp_path / "s.yaml").write_text(SAMPLED)
+    monkeypatch.setenv("LAGRANGE_LIMITS", "output=1")
+    with pytest.raises(UsageError, match="30001 samples, 40 bytes each"):
+        lagrange_cli.solve(tmp_path / "s.yaml", samples=30001)

@@ -78,6 +78,7 @@ def test_a_file_without_a_command(tmp_path):
     assert "there is no command 'a.yaml'; a file follows its command, as in lagrange solve" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.2)
 def test_the_name_of_a_file_need_not_be_text(tmp_path):
     """It is written as it is; where file systems take text only, with a letter beyond ASCII."""
     text = (SYSTEMS / "pendulum.yaml").read_text().replace("name: pendulum\n", "")
@@ -225,6 +226,7 @@ def test_json_knows_no_infinities(capsys):
     assert out.count("\n") == 1
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("arguments", [["systems"], ["--help"], ["check", str(SYSTEMS / "pendulum.yaml")]])
 def test_a_reader_that_hangs_up_is_no_error(arguments, tmp_path):
     reader, writer = os.pipe()
@@ -257,6 +259,7 @@ def test_standard_output_on_a_full_disk(arguments, what):
     assert run.stderr == f"Error: {what} could not be written: No space left on device\n"
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_standard_output_in_an_encoding_that_lacks_a_letter(tmp_path):
     run = subprocess.run(
         [
@@ -297,6 +300,7 @@ def test_systems_suggests_what_was_meant(tmp_path):
     assert "did you mean 'pendulum'" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
     "arguments",

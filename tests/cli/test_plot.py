@@ -12,6 +12,7 @@ from tests.cli.test_endings import Impatient
 from tests.support.command import SYSTEMS, working_in
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_system_is_solved_and_drawn(tmp_path, capsys):
     system = str(SYSTEMS / "pendulum.yaml")
     with working_in(tmp_path):
@@ -68,6 +69,7 @@ def test_outputs_of_different_systems_share_what_both_have(tmp_path, monkeypatch
     assert curves == {"$x$": ["a", "b"], "$z$": ["a"], "$y$": ["b"]}
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
     shown = []
     monkeypatch.setattr(plot, "Progress", lambda *given, quiet: shown.append((*given, quiet)) or Silence())
@@ -112,6 +114,7 @@ solve: {stop: 2, samples: 3}
 """
 
 
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("command", [("plot", "-o", "a.png"), ("animate", "-o", "a.gif", "--speed", "10")])
 def test_what_solve_says_of_a_motion_is_said_beside_its_picture(tmp_path, capsys, command):
     """What was found and left out at the start, and values that are not finite."""
@@ -126,6 +129,7 @@ def test_what_solve_says_of_a_motion_is_said_beside_its_picture(tmp_path, capsys
         assert capsys.readouterr().err == ""
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("system", "options", "message"),
     [
@@ -156,7 +160,7 @@ def test_ctrl_c_in_the_motion_ends_the_command_without_a_picture(tmp_path, monke
     """It had to be pressed twice: the first one drew the motion so far, which took seconds."""
     monkeypatch.setattr("lagrange_cli.run.interrupts.Interrupts", Impatient)
     with working_in(tmp_path):
-        assert main([command, str(SYSTEMS / "double_pendulum.yaml"), "--stop", "1e6", "--quiet"]) == 130
+        assert main([command, str(SYSTEMS / "double_pendulum.yaml"), "--stop", "1e5", "--quiet"]) == 130
     captured = capsys.readouterr()
     assert (captured.out, captured.err.strip()) == ("", "Interrupted.")
     assert list(tmp_path.iterdir()) == []

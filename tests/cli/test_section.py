@@ -56,6 +56,7 @@ def spring(tmp_path) -> Path:
     return path
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_one_motion_has_a_file_like_that_of_solve(tmp_path):
     run = lagrange_process("section", HENON, "--where", "x", "--crossings", "7", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
@@ -167,6 +168,7 @@ def test_the_same_section_has_the_same_bytes_however_fast_the_machine(tmp_path, 
     assert (tmp_path / "1e-09.h5").read_bytes() == (tmp_path / "1.0.h5").read_bytes()
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "patience=100")
     told = section(spring, "--where", "x - 2", "--outputs", "q", cwd=tmp_path, status=4)
@@ -208,6 +210,7 @@ FOLLOWED_ALONE = {
 """Surfaces for which motions are not followed in lanes, and their rising zeros on sin(t), in units of pi."""
 
 
+@pytest.mark.exhaustive(keep=0.85)
 @pytest.mark.parametrize("case", FOLLOWED_ALONE)
 def test_surfaces_that_lanes_cannot_have(case, tmp_path, spring):
     where, expected = FOLLOWED_ALONE[case]
@@ -289,6 +292,7 @@ def test_ledgers_of_a_section_contain_what_actions_have_changed(cut, sweep, tmp_
                 assert np.abs(values - file[path][1:41]).max() < 1e-12, path
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("where", ["x", "abs(x) - 1/2"])
 def test_what_an_interrupted_motion_has_found_is_kept(where, tmp_path, spring, monkeypatch):
     monkeypatch.setattr("lagrange_cli.cli.commands.section.Interrupts", Impatient)
@@ -372,6 +376,7 @@ def test_what_is_refused(case, tmp_path, spring):
     assert os.listdir(tmp_path) == ["spring.yaml"]
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_names_of_families_particles_and_definitions(tmp_path):
     chain = tmp_path / "chain.yaml"
     chain.write_text(
@@ -394,6 +399,7 @@ def test_names_of_families_particles_and_definitions(tmp_path):
     assert run.returncode == 2 and "missing index on the family 'u'" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_a_table_without_crossings_has_its_first_line_only(tmp_path):
     run = lagrange("section", str(HENON), "--where", "x - 9", "--stop", "1", "-o", "none.csv", cwd=tmp_path)
     assert run.returncode == 0 and "0 crossings; the motion reached the stop time" in run.stdout, run.stderr

@@ -92,6 +92,7 @@ def test_a_motion_goes_on_with_the_same_bits_however_often_it_is_interrupted(
     assert contents(tmp_path / "cut.h5", found) == contents(tmp_path / "whole.h5", found)
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_a_lane_that_was_interrupted_and_does_not_bring_its_motion_to_the_end(tmp_path, monkeypatch, capsys):
     """The motion is then followed by itself, from its start, whatever was kept of the lane."""
     asked = ["section", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--every", "2*pi/Omega"]
@@ -178,6 +179,7 @@ DAMAGED = {
 }  # fmt: skip
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_motion_that_was_killed_is_neither_lost_nor_mistaken(tmp_path):
     (tmp_path / "a.yaml").write_text(HENON)
     asked = ("section", "a.yaml", "--where", "x", "-o", "a.h5")

@@ -38,6 +38,7 @@ def sweep_json(*arguments: str | Path, cwd: Path, status: int = 0) -> dict:
     return json.loads(run.stdout)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_a_grid_from_the_command_to_the_file(tmp_path):
     grid = ("--over", "omega=0:10:5", "--over", "theta=-1,0.5")
     run = lagrange_process("sweep", HOOP, *grid, cwd=tmp_path)
@@ -164,6 +165,7 @@ def test_xarray_reads_members_times_and_families(tmp_path):
 GRID = [HOOP, "--over", "omega=4:5:11", "--over", "theta=0:1:5", "--stop", "1", "--samples", "3"]
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_what_is_swept_are_the_dimensions(tmp_path):
     sweep_json(*GRID, "--outputs", "q", "-o", "all.h5", cwd=tmp_path)
     with xarray.open_dataset(tmp_path / "all.h5", group="q", engine="h5netcdf") as q:

@@ -70,6 +70,7 @@ def test_the_hint_leads_to_what_was_meant(tmp_path, old, new, message, hint):
     assert any(message in one.partition(" | ")[0] and hint in one.partition(" | ")[2] for one in found), found
 
 
+@pytest.mark.exhaustive(keep=0.65)
 @examples(20)
 @given(st.lists(st.sampled_from(LETTERS), min_size=2, max_size=5, unique=True))
 def test_any_product_without_operators_is_taken_apart(tmp_path_factory, factors):

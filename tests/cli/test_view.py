@@ -126,6 +126,7 @@ def test_an_output_is_replayed(tmp_path):
     assert {one["name"]: one["value"] for one in data["parameters"]}["l"] == 2
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_sweep_has_its_members_on_the_page(tmp_path):
     sweep = "sweep", SYSTEMS / "pendulum.yaml", "--over", "theta=0.5:1.5:3", "--over", "l=1:2:2"
     assert lagrange(*sweep, "-o", "s.h5", cwd=tmp_path).returncode == 0

@@ -34,6 +34,10 @@ CASES = {
     "shipped chain": (SYSTEMS / "chain.yaml").read_text(encoding="utf-8"),
     "shipped beads": (SYSTEMS / "fpu_chain.yaml").read_text(encoding="utf-8"),
     "ring": f"{PLANE}potential: sum((1 + i)*k*(norm(b[i] - b[(i + 1) % N]) - l)**2/2 for i in range(N))",
+    "ring of named distances": f"""{PLANE}
+definitions: {{"d[i in range(N)]": norm(b[i] - b[(i + 1) % N]) - l}}
+potential: sum((1 + i)*k*d[i]**2/2 for i in range(N))
+""",
     "every third pair": f"{PLANE}potential: >-\n  sum(k*dot(b[i] - b[j], b[i] - b[j]) for i in range(N)"
     " for j in range(i) if (i + j) % 3 == 0)",
     "components": f"{PLANE}potential: >-\n  sum(k/2*((x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2)"
@@ -81,6 +85,7 @@ def spots(drawing: Drawing, places: np.ndarray) -> list[tuple[float, ...]]:
     return sorted(tuple(places[one.point].ravel().round(9)) for one in drawing.pivots)
 
 
+@pytest.mark.exhaustive(keep=18)
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("size", [2, 7])
 def test_both_ways_draw_the_same(name, size):

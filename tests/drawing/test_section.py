@@ -50,6 +50,7 @@ def test_what_is_not_given_stays_as_it_is_found():
     assert found.rods == coloured.rods and found.curves == coloured.curves and found.trails == coloured.trails
 
 
+@pytest.mark.exhaustive(keep=10)
 @pytest.mark.parametrize(
     "rods, expected",
     [
@@ -203,6 +204,7 @@ WRONG = [
 ]  # fmt: skip
 
 
+@pytest.mark.exhaustive(keep=24)
 @pytest.mark.parametrize("section, piece, message, hint", WRONG)
 def test_a_mistake_is_shown_at_its_place(section, piece, message, hint, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "members=100")
@@ -227,6 +229,7 @@ def test_a_colour_is_a_colour_and_nothing_else():
         assert not is_colour(text)
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_check_and_view_show_numbers_that_make_no_sense(tmp_path, capsys):
     file = tmp_path / "chain.yaml"
     file.write_text(f"{CHAIN}  sliders: {{k: [2, 1]}}\n")
@@ -239,6 +242,17 @@ def test_check_and_view_show_numbers_that_make_no_sense(tmp_path, capsys):
     assert main(["solve", str(file), "--stop", "0.01", "-o", str(tmp_path / "a.h5"), "--quiet"]) == 0
 
 
+def test_places_may_be_definitions_of_particles():
+    system = CHAIN.replace("nail: [x, 2]", "nail: [x, 2], mid: (cart + bead[0])/2, fast: bead[0].vx")
+    named, by_hand = (of(f"springs: [[{one}, nail]]", system) for one in ("mid", "(cart + bead[0])/2"))
+    assert named.data() == by_hand.data()
+    for speed in ("fast", "'bead[0].vx'"):
+        with pytest.raises(SpecError, match="this place in the drawing contains velocities") as caught:
+            of(f"points: [[{speed}, 0]]", system)
+        assert underlined(caught.value.problems[0]) in speed
+
+
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_drawing_that_is_too_large_is_left_out_of_a_page():
     system = "coordinates: {x: {initial: 0}}\nmasses: {a: 1}\npositions: {a: [x, 0]}\nsolve: {stop: 0.01}\n"
     rods = "draw: {rods: ['((i, x), (i + 1, 0)) for i in range(4000)']}\n"

@@ -72,7 +72,7 @@ def test_sums_that_differ_by_sign_or_powers_of_two_are_one_factor() -> None:
     assert node_of("(3*x - 3*y)**2", algebra) is not node_of("9*(x - y)**2", algebra)  # 3 may round
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.5)
 @examples(50)
 @given(texts(NAMES), SIGNED)
 @example("(x**2)**0.5", {"x": -1.5, "y": 1.0, "z": 1.0})
@@ -93,7 +93,7 @@ def test_a_graph_has_the_value_of_its_expression(text: str, values: dict[str, fl
     assert close(node, value, values)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.4)
 @examples(40)
 @given(texts(NAMES), POINTS)
 @example("x**y", {"x": 0.7, "y": 1.1, "z": 1.0})
@@ -335,6 +335,7 @@ def test_a_switch_has_one_form() -> None:
     assert math.isnan(graph.switch(math.nan, x, y).data)
 
 
+@pytest.mark.exhaustive(keep=0.55)
 @examples(50)
 @given(texts(NAMES), texts(NAMES), texts(NAMES), st.sampled_from((-1, 0, 1)), SIGNED)
 def test_a_switch_has_the_value_of_its_branch(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from fractions import Fraction
 
@@ -13,6 +14,7 @@ from lagrange_cli.expression.modular import Equations, fraction_of, solved
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.residues import LARGE, SMALL, NoValue, Residues
+from lagrange_cli.expression.written import as_written
 from lagrange_cli.mechanics.conserved.recognition import Recognition
 
 IDENTITIES = [
@@ -115,3 +117,9 @@ def test_coefficients_are_recognized():
         nodes = [one - ratio * other]
         assert Residues(LARGE, random.Random(3)).values(reachable(nodes), {"a": 17, "b": 101})[nodes[0]] == 0
     assert recognition.coefficients([at[a] ** 7 + at[b] * 12345 + 1]) is None
+
+
+@pytest.mark.parametrize("number", [1.2345678901234567e-200, 1.2345678901234567e300, 7.654321098765432e-305])
+def test_numbers_whose_squares_are_no_doubles_are_what_they_are(number):
+    fraction, root, turns = as_written(number)
+    assert not root and float(fraction) * math.pi**turns == pytest.approx(number, rel=1e-14, abs=0)

@@ -6,7 +6,11 @@ import pytest
 import sympy
 from sympy.parsing import sympy_parser
 
+from lagrange_cli.expression.build import build
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.symbolic_switches import Absolute, Largest, Least, Sign, Switch
+from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.symbolic.indexed.members import Summed
@@ -43,3 +47,9 @@ def test_text_is_refused_before_sympy_sees_it(function: type[sympy.Function], hi
         arguments[place] = hidden
         with pytest.raises(TypeError, match="not text"):
             function(*arguments)
+
+
+@pytest.mark.parametrize("text", ["max(x, exp(1/(x - x)))", "exp(1/(x - x))", "abs(0/(x - x))"])
+def test_a_function_of_what_is_divided_by_zero_is_a_mistake(text: str) -> None:
+    with pytest.raises(ExpressionError, match="division by zero"):
+        build(parse(text), SympyAlgebra().symbol, SympyAlgebra())

@@ -62,7 +62,7 @@ def drawn(chance: random.Random) -> str:
     return f"{text}\nevents:\n  {action}\n"
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("case", range(40))
 def test_motions_are_those_of_the_members(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
@@ -78,6 +78,7 @@ def test_motions_are_those_of_the_members(
     alike(together, apart, 2.0**-40 if method != "DOP853" else 1e-8, text)
 
 
+@pytest.mark.exhaustive(keep=0.2)
 def test_motions_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
     kinetic = f"lagrangian: {KINETIC['neighbours']} - ({POTENTIALS['pairs']})"
     text, motions = text_of(kinetic, 8, "", [HOLONOMIC["curves"]], []), []

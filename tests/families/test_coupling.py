@@ -39,6 +39,7 @@ ALL = (
 )
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("text", "reach"), [(RING, 6), (DRIVEN, 2), (ALL, 23)], ids=["ring", "driven", "all"]
 )
@@ -49,6 +50,7 @@ def test_tables_and_expressions_say_the_same(text: str, reach: int) -> None:
     assert sorted(one.places or range(one.band.size)) == list(range(one.band.size))
 
 
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("text", [RING, DRIVEN], ids=["ring", "driven"])
 def test_families_move_as_their_members_do(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where coordinates are in another order than the rows of the matrices, too."""

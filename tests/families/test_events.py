@@ -249,6 +249,7 @@ def test_what_events_may_change_is_what_members_say(
         assert said[1].get(quantity, what) == what, quantity
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("method", "tolerance", "off"), [("ias15", 2.0**-52, 1e-15), ("DOP853", 1e-5, 1e-4)])
 def test_steps_on_rates_return_to_the_constraints(
     method: str, tolerance: float, off: float, monkeypatch: pytest.MonkeyPatch
@@ -263,7 +264,7 @@ def test_steps_on_rates_return_to_the_constraints(
     assert np.allclose(motion["q/x"] ** 2 + motion["q/y"] ** 2, 1.0, rtol=0.0, atol=off)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.85)
 @pytest.mark.parametrize("when", ["x[i] - 0.2*(-1)**i", "x[i] - 0.2*(-1.5)**i", "x[i]**(i + 1) - 0.05"])
 def test_powers_of_negative_numbers_by_indices(when: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """They have no slope by their exponents: rounding errors were no numbers, and events at the start."""

@@ -56,7 +56,7 @@ def moved(count: int, m: float, k: float, A: float, w: float, s: float) -> NDArr
     return np.asarray(modes @ (amplitude * modes[1]))
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 @pytest.mark.parametrize("form", FORMS)
 def test_masses_at_rest_on_springs_are_pushed(form: str, method: str, request: pytest.FixtureRequest) -> None:
@@ -77,7 +77,7 @@ def test_masses_at_rest_on_springs_are_pushed(form: str, method: str, request: p
         )
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("form", FORMS)
 def test_masses_are_pushed_in_double_double(form: str, tmp_path: Path) -> None:
     """Against the same in doubles, whose rounding errors are 2^53 times as large."""
@@ -102,7 +102,7 @@ generalized_forces: {{"{where}": "where(t > 0.3, A*(1 - cos(w*(t - 0.3))), 0)"}}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("where", ["x[2]", "y[2]"])
 def test_rods_at_rest_are_pushed(where: str, request: pytest.FixtureRequest) -> None:
     """What holds them cancels their weight: by two methods."""

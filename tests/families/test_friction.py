@@ -130,7 +130,7 @@ def test_ledgers_where_the_force_that_holds_a_block_cancels_all_others(method: s
         assert np.all(np.abs(motion[path]) <= 1e-14)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_a_block_that_a_spring_pulls_sticks_and_slips(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi, where the
@@ -143,6 +143,7 @@ def test_a_block_that_a_spring_pulls_sticks_and_slips(method: str, monkeypatch: 
     assert np.allclose(motion["q/x"], expected[:, None], rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each half of a swing of x'' = -x - F sign(x') ends 2 F nearer to 0, until |x| <= F."""
     keep_families(monkeypatch, whole=True)
@@ -195,6 +196,7 @@ def test_what_a_wall_and_friction_hold_together(push: float, monkeypatch: pytest
     assert np.allclose(found, 1.0 + moves * 0.5**2 / 2.0, rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """All begin at rest; springs pull every third one too much."""
     keep_families(monkeypatch, whole=True)
@@ -232,6 +234,7 @@ def test_modes_that_were_tried_have_their_series_no_more_than_once(monkeypatch: 
     assert len({memory for memory, _ in asked}) == made < 0.6 * len(asked)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_walls_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a wall sends back slides at once."""
     wall = """

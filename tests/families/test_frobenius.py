@@ -70,6 +70,7 @@ def test_random_systems_are_as_their_members(seed: int) -> None:
     compared(text if len(read_spec(text, "system.yaml").coordinates) < 30 else drawn(random.Random(2)))
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("case", CASES)
 def test_kinds_of_constraints_are_as_their_members(case: str) -> None:
     found = compared(DISKS + "".join(f"  {line}\n" for line in CASES[case]))

@@ -35,7 +35,7 @@ generalized_forces: {{"x[i in range(N)]": -0.1*x_dot[i]}}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("potential", POTENTIALS.values(), ids=POTENTIALS)
 @pytest.mark.parametrize("axes", AXES.values(), ids=AXES)
 def test_motions_are_those_of_the_members(

@@ -67,7 +67,7 @@ def test_rounds_of_blocks(
         assert end.state.tobytes() == plain.state.tobytes(), threads
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 @pytest.mark.parametrize("count", [1, 2, 4])
 @pytest.mark.parametrize("size", [(40, 9), (41, 8), (47, 25)])
@@ -140,6 +140,7 @@ run()
 """
 
 
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_motion_goes_on_after_its_threads_were_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

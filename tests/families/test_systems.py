@@ -127,6 +127,7 @@ def test_families_move_as_their_members_do(
     alike(found.data, expected.data, 2.0**-43, text)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
     def counted(count: int) -> tuple[int, int]:
         text = SYSTEM.format(

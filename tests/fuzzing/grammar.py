@@ -53,10 +53,20 @@ def system(source: Random) -> str:
     else:
         places = (*PLACES, *PARAMETERS)
         vector = ", ".join(f'"{expression(source, places)}"' for _ in range(source.choice((1, 2, 3, 3))))
+        moving = (
+            *places,
+            *VELOCITIES,
+            "bead.x",
+            "other.y",
+            "bead.vx",
+            "norm(bead - bead/2)",
+            "dot(other, other)",
+        )
+        sections[-1] += f"  w: {expression(source, moving)}\n  s: bead.vx*w\n"
         sections += [
             "masses: {bead: m, other: 1}\n",
             f"embedding:\n  bead: [{vector}]\n  other: [x, y]\n",
-            f"potential: {expression(source, (*places, 'bead.x', 'other.y', *VELOCITIES[:1]))}\n",
+            f"potential: {expression(source, (*places, 'bead.x', 'other.y', 'w', 's', *VELOCITIES[:1]))}\n",
         ]
     sections += [
         text

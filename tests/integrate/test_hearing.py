@@ -35,6 +35,7 @@ solve: {stop: 9, samples: 99}
 """One step, of which the action takes many parts."""
 
 
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.skipif(os.name != "posix", reason="no signals")
 def test_ctrl_c_ends_a_step_of_many_parts(tmp_path):
     (tmp_path / "a.yaml").write_text(SHAKEN)

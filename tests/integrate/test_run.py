@@ -117,6 +117,7 @@ def observed(system, outputs):
     return program_of(system, tuple(outputs.split(",")))
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_only_what_is_asked_for_is_in_the_program():
     assert observed("double_pendulum", "q,v").observed == ()
     assert observed("double_pendulum", "q,v").operations["observe"] == 0

@@ -125,6 +125,7 @@ def test_a_root_of_what_does_not_depend_on_a_coordinate_does_not_either():
     assert {each.quantity for each in residual.conserved} == {"p_phi", "h"}
 
 
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize(
     ("event", "broken"),
     [

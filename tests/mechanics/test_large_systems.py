@@ -180,6 +180,7 @@ def test_many_switches_and_exponentials_take_work_in_proportion(potential: str) 
     assert spent[1] < 2.5 * spent[0]
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_a_mass_matrix_takes_memory_for_what_is_coupled() -> None:
     """Of 300 beads each has a mass of its own: 300 entries, not 90,000."""
     matrix = residual("fpu_chain", N=300).mass_matrix
@@ -230,6 +231,7 @@ PUCKS = dedent("""
 """)
 
 
+@pytest.mark.exhaustive(keep=0.2)
 def test_friction_along_a_vector_is_looked_for_where_the_vector_is() -> None:
     """Each puck has a vector of its own, and what is derived for it is what is derived for one: only the
     matrix of the forces that hold grows as the square of their number."""

@@ -10,7 +10,9 @@ import sympy
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.sloped import SlopedAlgebra
 from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.limits import Work
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.model import Model
@@ -55,6 +57,7 @@ def test_velocities_are_total_time_derivatives() -> None:
             assert sympy.simplify(velocity.subs(rates).subs(along) - expected) == 0
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_names_reach_particles_definitions_and_velocities() -> None:
     model = symbolic(HOOP)
     m, a, c, omega = (model.parameters[name] for name in ("m", "a", "c", "omega"))
@@ -134,3 +137,10 @@ def test_the_actions_of_several_keys_add_up(monkeypatch):
     assert twice.generalized_forces == (2 * once.generalized_forces[0],)
     assert twice.dissipation == 2 * once.dissipation
     assert all(expression.free_symbols for expression in (*once.generalized_forces, once.dissipation))
+
+
+def test_a_power_of_zero_has_no_slope_by_its_exponent() -> None:
+    algebra = SlopedAlgebra({}, ["x"], (0.0, [1.0], [0.0]), Work())
+    for base in ("0", "-1"):
+        with pytest.raises(ArithmeticError, match="no derivative by its exponent"):
+            algebra.number("1") * algebra.number(base) ** algebra.symbol("x")

@@ -122,6 +122,7 @@ def test_slightly_wrong_values_are_moved_by_the_shortest_way():
     assert {one.name: one.by for one in found.changed} == pytest.approx({"x": -1.5e-7, "y": 3.6e-7}, rel=1e-6)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("count", [1, 300])
 @pytest.mark.parametrize(("off", "accepted"), [(3e-7, True), (3e-6, False)])
 @pytest.mark.parametrize(
@@ -195,6 +196,7 @@ def numbers(pattern: str, message: str) -> list[tuple[float, ...]]:
     return [tuple(map(float, one)) for one in re.findall(pattern, message)]
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_all_closures_of_loops_in_a_row_are_listed():
     """Two loops close in two ways each, whatever the way of the other one. At 0, where a coordinate without a
     value begins, the distance of two of the joints has no derivative."""
@@ -258,6 +260,7 @@ def test_the_directions_of_a_quadratic_function_lead_to_its_minimum(seed):
     np.testing.assert_allclose(there + ahead, x, atol=1e-6)
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("constraint", "x", "y", "nearest"),
     [
@@ -311,6 +314,7 @@ def test_from_the_centre_of_a_circle_all_of_it_is_equally_near():
         start(PENDULUM, x=0.0, y=0.0, forced=True)
 
 
+@pytest.mark.exhaustive(keep=0.3)
 def test_an_angle_that_is_found_beside_given_ones_has_no_full_turns():
     text = """
     coordinates: {a: {initial: 0}, b: , c: {initial: 1.5}}
@@ -350,6 +354,7 @@ def test_all_closures_of_a_chain_are_found_link_by_link():
     assert ways == {tuple(round(y, 9) for y in one) for one in turns}
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_many_coordinates_without_values_are_found_with_little_work():
     """The links of a chain are found one after the other, each from its own constraints: the work grows with
     their number, and steps of all of them together are sparse."""
@@ -397,6 +402,7 @@ def test_blocks_have_the_structural_rank(seed, rows, unknown):
     assert known == {*range(unknown)}.difference(free)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_closures_that_leave_nothing_open_are_listed_alone():
     """Peaucellier's rhombus: where its two arms lie on each other, the last joint turns freely."""
     text = """
@@ -440,6 +446,7 @@ def test_a_closure_where_two_meet_is_found_to_all_digits():
     assert start(bent).q[3::2] == pytest.approx((-1.2, -1.2), rel=4e-16)
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_rods_in_a_line_may_be_too_short_by_rounding():
     found = start(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.3 + 1e-7)
     assert found.q == pytest.approx((1.3, 0.0), rel=1e-15)
@@ -544,6 +551,7 @@ def chain(lengths, text="  %s\n"):
     )
 
 
+@pytest.mark.exhaustive(keep=0.2)
 @examples(4)
 @given(st.lists(st.floats(0.8, 1.6), min_size=3, max_size=5), st.integers(0, 10**6))
 def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(lengths, seed):
@@ -600,6 +608,7 @@ def test_a_quaternion_is_normalized_and_keeps_its_angular_velocity(numbers, leng
     assert [*found.normalized.values()] == [pytest.approx(length)]
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_what_changes_by_rounding_is_not_told():
     """Moving y restores the other constraint, too; x and the velocities change in the last digit at most."""
     exact = context()

@@ -29,6 +29,7 @@ WOUND = """
     """
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("potential", ["0.1*atan2(y, x)", "0.1*sin(atan2(y, x)/2)", "exp(atan2(y, x)/9)"])
 def test_a_motion_ends_where_its_energy_jumps(potential):
     motion = follow(PLANE.format(x=-1, potential=potential), 2.0, 201)
@@ -93,6 +94,7 @@ def test_a_method_that_steps_over_it_says_so():
     assert "cuts" not in motion.outcome.undetected
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
 def test_steps_on_rates_end_there_too(method):
     text = PLANE.format(x=-1, potential="0.1*atan2(y, x)")
@@ -101,6 +103,7 @@ def test_steps_on_rates_end_there_too(method):
     assert found.outcome.final.t == pytest.approx(known.outcome.final.t, abs=1e-9)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("options", [["solve", "--precision", "double-double"], ["sweep", "--over", "n=1,2"]])
 def test_it_is_said_what_jumps(tmp_path, options):
     (tmp_path / "plane.yaml").write_text(PLANE.format(x=-1, potential="0.1*sin(n*atan2(y, x)/2)"))

@@ -125,6 +125,7 @@ lagrangian: x_dot**2*(1 + x**2/7)/2 - ({potential}) - 0.2*x**2
     assert attributes["h_drift"] < 1e-29
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_many_coordinates(tmp_path):
     """Blocks of the mass matrix are solved, ledgers and the action follow, sums of outputs have low parts."""
     attributes, found = solved(
@@ -145,6 +146,7 @@ def known_until(t, one, other, digits=12):
     return t[-1]
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_chaos_is_known_for_twice_as_long(tmp_path):
     system, end = SYSTEMS / "double_pendulum.yaml", ("--stop", "40", "--step", "0.05", "--outputs", "q")
     _, double = solved(tmp_path, system, *end)
@@ -157,6 +159,7 @@ def test_chaos_is_known_for_twice_as_long(tmp_path):
     assert attributes["precision"] == "double-double"
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_the_error_follows_the_tolerance(tmp_path):
     errors, e = [], MP.mpf("0.3")
     for tolerance in (1e-18, 1e-22, 1e-26):
@@ -186,6 +189,7 @@ solve: {start: 0.7, stop: 50, samples: 11}
     assert largest(found["q/x"], [known(t) for t in found["t"]]) < 1e-28
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_pulses_that_only_the_action_contains(tmp_path):
     """Of time, and of place as a total derivative; q and v are those of a run without the action."""
     system = """

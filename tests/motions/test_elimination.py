@@ -143,6 +143,7 @@ def test_what_a_rolling_constraint_keeps_does_not_drift():
     assert np.abs(slip - slip[0]).max() < 2e-14
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_a_driven_coordinate_is_where_it_is_driven():
     motion = motion_of(SHAKEN, stop=20.0, samples=201, outputs="q,v,ledger")
     assert np.abs(motion.q["x"] - 0.3 * np.cos(3 * motion.t)).max() < 3e-15
@@ -180,6 +181,7 @@ def test_of_constraints_that_say_the_same_multipliers_have_the_least_norm():
     assert np.abs(one.multipliers["again"] - 2 * np.asarray(one.multipliers["mesh"])).max() < 1e-14
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_certificate_covers_coordinates_that_follow():
     asked = {"stop": 10.0, "samples": 21, "outputs": "q,v,multipliers"}
     found = motion_of(CART, certify=True, **asked)

@@ -24,6 +24,7 @@ lagrangian: >
 """
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(
     ("system", "start", "steps"),
     [
@@ -158,6 +159,7 @@ dissipation: sum(c/2*(x_dot[i,j]**2+y_dot[i,j]**2+z_dot[i,j]**2) for i in range(
 """
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_ledgers_of_a_net_close_at_samples_within_steps_of_few_parts() -> None:
     """A hanging net swings in planes, but for rounding. Its series are computed in batches; a part that
     rounding stops is tried again once, so that no step has more than a few."""
@@ -167,6 +169,7 @@ def test_ledgers_of_a_net_close_at_samples_within_steps_of_few_parts() -> None:
         assert abs(motion[f"diagnostics/ledger/{quantity}"]).max() < 1e-15
 
 
+@pytest.mark.exhaustive(keep=0.3)
 def test_ledgers_of_a_net_continue_with_the_same_bytes(tmp_path: Path) -> None:
     """What was measured of rounding goes on with the state."""
     (tmp_path / "net.yaml").write_text(NET, encoding="utf-8")
@@ -215,6 +218,7 @@ lagrangian: >
 """
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_velocities_that_are_rounding_do_not_set_the_steps() -> None:
     """Of a net that hangs from three pins the columns move alike, each in its plane. Their distances are
     rounding, far below that of their places; steps that followed these were shorter than 2e-6."""
@@ -225,6 +229,7 @@ def test_velocities_that_are_rounding_do_not_set_the_steps() -> None:
     assert np.ptp(motion["q/x"], axis=0).max() < 1e-12
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_double_double_velocities_that_are_rounding_do_not_set_the_steps(tmp_path: Path) -> None:
     """The same net: steps were shorter than 1e-10."""
     (tmp_path / "net.yaml").write_text(PINNED, encoding="utf-8")
@@ -235,6 +240,7 @@ def test_double_double_velocities_that_are_rounding_do_not_set_the_steps(tmp_pat
     assert summary["h_drift"] < 1e-31
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_members_in_lanes_are_not_held_up_by_rounding(tmp_path: Path) -> None:
     """The same net with several springs: steps were shorter than 1e-4."""
     (tmp_path / "net.yaml").write_text(PINNED, encoding="utf-8")

@@ -129,6 +129,7 @@ def test_an_elastic_wall_reflects(source):
     assert motion.outcome.steps <= motion.outcome.happened["wall"].count + 3
 
 
+@pytest.mark.exhaustive(keep=0.95)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_ball_comes_to_rest(precision, source):
     """Impact n is at t1 (1 + 2 (e + ... + e^n)); infinitely many take t1 (1 + e)/(1 - e)."""
@@ -258,6 +259,7 @@ def test_an_event_changes_a_parameter(source):
     assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-13
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_an_action_that_leads_back_to_its_event_ends_the_motion():
     motion = follow(oscillator(1.0, 0.0, "x", "falling", "{set: {x: 8e-16}}"), 10.0, 11)
     assert motion.outcome.ending is Ending.RECURRING
@@ -380,6 +382,7 @@ def test_powers_that_are_multiplied_out_have_zeros_as_exact(when, source):
     assert motion["events/crossing/t"] == pytest.approx(expected, abs=1e-13)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("when", ["sin(x - a) - (x - a)", "tan(x - a) - sin(x - a)", "(x - a)**3*(x - 2)"])
 def test_a_multiple_zero_that_rounding_blurs_is_said_to_be_one(when, source):
     """How far off its time is, too, within a factor of 100; where it is a power, nothing is blurred."""

@@ -93,6 +93,7 @@ def test_crossings_are_those_of_a_sine(method: str, tolerance: float, direction:
     assert np.abs(motion["events/crossing/q/x"] - 0.6).max() < 1e-15
 
 
+@pytest.mark.exhaustive(keep=2)
 @METHODS
 def test_an_event_may_be_faster_than_the_motion(method: str, tolerance: float) -> None:
     text = OSCILLATOR.format(x=1, v=0, when="sin(60*t)", direction="either", action="record")
@@ -101,6 +102,7 @@ def test_an_event_may_be_faster_than_the_motion(method: str, tolerance: float) -
     assert motion["events/crossing/t"] == pytest.approx(known, abs=1e-13)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("method", "order", "tolerances"), [("DOP853", 8, (1e-5, 1e-9)), ("Radau", 5, (1e-5, 1e-9))]
 )
@@ -118,6 +120,7 @@ def test_times_of_events_are_as_precise_as_ends_of_steps(
     assert math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0]) > order - 0.5
 
 
+@pytest.mark.exhaustive(keep=2)
 @METHODS
 def test_a_ball_bounces_when_it_should(method: str, tolerance: float) -> None:
     motion = stepped(BALL.format(y=1, v=0, e=0.9, A=0, w=1), 3.0, method, tolerance)
@@ -147,6 +150,7 @@ def test_an_event_stops_the_motion(method: str, tolerance: float) -> None:
     assert motion.t[-1] <= motion.outcome.final.t
 
 
+@pytest.mark.exhaustive(keep=2)
 @METHODS
 def test_friction_holds_where_it_should(method: str, tolerance: float) -> None:
     """A half swing ends 2 mu g/k nearer to 0, and the third one within the zone where friction holds."""
@@ -164,6 +168,7 @@ def test_friction_holds_where_it_should(method: str, tolerance: float) -> None:
     assert np.abs(motion["v/x"][motion.t > 2 * math.pi + 0.1]).max() < 1e-12
 
 
+@pytest.mark.exhaustive(keep=2)
 @METHODS
 def test_a_rod_is_a_constraint(method: str, tolerance: float) -> None:
     """The pendulum in Cartesian coordinates, beside the closed form; and the force of the rod."""
@@ -199,6 +204,7 @@ def test_what_rests_beside_constraints_does_not_make_steps_short() -> None:
     assert motion.outcome.steps < 1000
 
 
+@pytest.mark.exhaustive(keep=2)
 @METHODS
 def test_a_block_stops_on_an_incline_and_stays(method: str, tolerance: float) -> None:
     """Friction by the force of a constraint: what step control knew before the block stopped says nothing."""
@@ -259,6 +265,7 @@ def test_what_rests_on_a_hard_spring_rests(method: str, tolerance: float, steps:
     assert motion["events/turn/t"][:4] == pytest.approx(known[:4], abs=1e-7)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_what_rests_on_a_spring_rests_to_any_end(request: pytest.FixtureRequest) -> None:
     """The last step ends where the motion does: within a longer one, rounding was taken for a critical
     point, in one of twenty motions."""
@@ -314,6 +321,7 @@ def test_fast_forces_at_a_late_time(method: str, tolerance: float) -> None:
     assert found["q/x"] == pytest.approx(known["q/x"], abs=1e-8)
 
 
+@pytest.mark.exhaustive(keep=2)
 @METHODS
 def test_friction_lets_go_with_no_speed_and_no_acceleration(method: str, tolerance: float) -> None:
     """From there on v = 0.6 (cos(t0) - cos(t)) - (t - t0)/2, with 0.6 sin(t0) = 1/2."""

@@ -35,6 +35,7 @@ def puck(
     return follow(text, 2, 21, method=method, tolerance=TOLERANCES[method])
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", TOLERANCES)
 def test_a_puck_slides_to_rest_along_a_straight_line(method: str) -> None:
     motion, v = puck((1.2, 0.5, -0.3), method=method), sqrt(1.2**2 + 0.5**2 + 0.3**2)
@@ -63,6 +64,7 @@ def test_it_begins_to_slide_where_the_force_exceeds_the_limit() -> None:
     assert motion["q/y"] == pytest.approx(0.8 * 5 * past**3 / 6, abs=1e-13)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("stop", [0.6, 0.52])
 @pytest.mark.parametrize(
     ("method", "precision", "bound"),
@@ -84,6 +86,7 @@ def test_ledgers_balance_while_it_is_held_and_when_it_is_let_go(
         assert np.max(np.abs(motion.datasets[f"diagnostics/ledger/{name}"])) < bound
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_force_that_turns_lets_it_go_alike_by_other_methods() -> None:
     force = "3*t*cos(t), 3*t*sin(t), 0"
     by_series, by_rates = (puck((0, 0, 0), force, method=m) for m in ("taylor", "Radau"))
@@ -116,6 +119,7 @@ forces: {{block: -mu*plane.multiplier*v/norm(v)}}
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_a_block_on_a_plane_comes_to_rest_where_its_constraint_sets_the_limit(method: str) -> None:
     # along the slope w: |v| + p w falls at the rate p**2 - 1 in units of the friction, p = tan(al)/mu
@@ -137,6 +141,7 @@ def test_at_the_angle_of_friction_a_block_keeps_half_its_speed() -> None:
     assert speed[-1] == pytest.approx(0.75, abs=1e-10)
 
 
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_bead_in_a_turning_bowl_slides_like_one_on_a_ring() -> None:
     turning = "parameters: {g: 9.81, mu: 0.3, w: 0.4}\nmasses: {bead: 1}\n"
     bowl = """
@@ -160,6 +165,7 @@ generalized_forces: {p: -mu*(p_dot**2 + g*cos(p - w*t))*sign(p_dot)}
     assert not np.any(space["q/y"])
 
 
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("method", TOLERANCES)
 def test_a_bead_on_a_wire_slides_from_the_start(method: str) -> None:
     common = "parameters: {g: 9.81, mu: 0.5}\nmasses: {bead: 1}\npotential: g*bead.y\n"
@@ -235,6 +241,7 @@ forces: {puck: -limit*u/norm(u)}
 """
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_turntable_that_turns_ever_faster_loses_a_puck() -> None:
     begins = 2 * (16 - 0.25) ** 0.25  # (w**2)**2 + al**2 = limit**2
     motions = [follow(TURNTABLE, 5, 51, method=m, tolerance=TOLERANCES[m]) for m in ("taylor", "Radau")]
@@ -306,6 +313,7 @@ def test_a_block_in_a_groove_is_held_by_both_sides() -> None:
     assert motion["v/x"][-1] == pytest.approx(past**2, abs=1e-13)
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_shares_of_friction_that_do_not_follow_end_the_motion() -> None:
     floor = "0.4*floor.multiplier*along_floor/norm(along_floor)"
     wall = "0.2*wall.multiplier*along_wall/norm(along_wall)"
@@ -323,6 +331,7 @@ forces: {ball: "-c*norm((x_dot, y_dot))*(x_dot, y_dot)FORCE"}
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("method", "bound"), [("taylor", 2e-14), ("Radau", 1e-9)])
 def test_a_ball_falls_from_rest_through_air(method: str, bound: float) -> None:
     """|v| has no series where v is 0, but the motion has one: v = v1 tanh(g t/v1) (Taylor, sec. 2.4)."""
@@ -343,6 +352,7 @@ def test_balls_of_a_sweep_fall_like_single_ones() -> None:
     assert swept.q["y"][:, -1] == pytest.approx(-fallen, rel=2e-14)
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_what_air_does_not_move_yet_begins_to_move_later() -> None:
     motion = follow(FALLING.replace("FORCE", " + (max(0, t - 1), m*g)"), 3, 4)
     assert motion["q/x"][:2].tolist() == [0, 0] and not motion["q/y"].any()
@@ -369,6 +379,7 @@ forces: {light: "-0.3*norm((x_dot, y_dot))*(x_dot, y_dot)", heavy: "-0.3*norm((u
     assert np.max(np.abs(motion["diagnostics/ledger/h"])) < 1e-11
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_pendulum_in_air_turns_where_its_velocity_vanishes(precision: str) -> None:
     """On a rod, both components of the velocity are 0 at each end of a swing. With its angle as the

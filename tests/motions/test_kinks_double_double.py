@@ -60,6 +60,7 @@ def test_a_jump_in_a_higher_derivative_is_found_as_well(tmp_path):
     assert attributes["h_drift"] < 1e-28
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_two_kinks_in_a_plane(tmp_path):
     system = """
         coordinates: {x: {initial: 1.7, velocity: 0.3}, y: {initial: 0.2, velocity: 0.1}}
@@ -136,6 +137,7 @@ def test_a_pole_between_two_steps_is_no_kink(tmp_path):
     assert attributes["h_drift"] < 1e-24
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("exponent", [40, -40])
 def test_any_unit_of_time_will_do(tmp_path, exponent):
     """Coefficients of order 56 in units of 1e12 periods, or of 1e-12, do not fit into doubles."""
@@ -181,6 +183,7 @@ def test_a_contact_force_that_has_no_series_where_it_begins(tmp_path, power):
     assert abs(found["v/x"][-1] + v) < 1e-27
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("power", ["1.25", "pi/2"])
 def test_the_energy_of_a_spring_that_is_not_touched_is_known(tmp_path, power):
     """A fractional power of 0 is 0."""

@@ -200,6 +200,7 @@ def test_a_logarithm_without_bound_turns_a_particle_back():
     assert motion.outcome.h_drift <= 1e-13
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("potential", ["log(3 + 1.7*x)/4", "-1e-6/(3 + 1.7*x)", "-1e-20/(3 + 1.7*x)**2"])
 def test_a_motion_ends_at_a_pole(potential):
     """However weak it is. As a function of the way s to it: x' = sqrt(1 - 2 (U(s) - U(3/1.7)))."""
@@ -246,6 +247,7 @@ def test_a_depth_hides_no_force_unless_it_is_softened(depth, hides):
     assert followed(residual_of(text), {}, **given).hiding == hides
 
 
+@pytest.mark.exhaustive(keep=0.9)
 @pytest.mark.parametrize(
     "form", ["(x - 0.3247)/1.382e-6", "x/1.382e-6 - 0.3247/1.382e-6", "(0.3247 - x)*723589"]
 )

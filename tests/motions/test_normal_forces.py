@@ -74,6 +74,7 @@ RING = """
     """
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_friction_by_the_normal_force_slows_a_block_down_and_holds_it() -> None:
     """Up an incline with g (sin + mu cos), then it rests; the coordinates are Cartesian."""
     motion = follow(BLOCK, 2.0, 21, outputs=OUTPUTS)
@@ -104,6 +105,7 @@ def test_a_block_is_released_where_the_force_exceeds_what_the_normal_force_can_h
     assert motion["v/x"][-1] == pytest.approx(speed, rel=1e-14)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_normal_force_of_either_sign() -> None:
     """With |N| a bead slides on a wire and comes to rest: the ledgers balance, and N does not change sign
     without being seen."""
@@ -114,6 +116,7 @@ def test_a_normal_force_of_either_sign() -> None:
     np.testing.assert_allclose(motion["q/x"], plain["q/x"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.exhaustive(keep=0.95)
 @pytest.mark.parametrize(("place", "rests"), [(0.1, True), (0.2, False)])
 def test_friction_that_is_not_linear_in_the_normal_force_holds_a_bead_in_all_coordinates(place, rests):
     """On a ring that turns, m sin (w^2 R cos - g) is along it, and m (w^2 R sin^2 + g cos) across it."""
@@ -144,6 +147,7 @@ def test_a_bead_leaves_a_sphere_where_the_force_of_constraint_is_none() -> None:
     assert motion.data["events/leaves/q/y"][-1] == pytest.approx(1.0 + 0.09 / (3 * G), rel=1e-14)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_forces_that_are_not_linear_in_the_force_of_constraint() -> None:
     """The ledgers balance in doubles and in double-double, and both agree."""
     outputs = (*OUTPUTS, "multipliers", "observables")
@@ -232,6 +236,7 @@ generalized_forces: {x: -mu*abs(wire.multiplier)*sign(x_dot)}
     assert not np.any([motion["v/x"][1:], motion["v/y"][1:]])
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_bead_stays_on_a_rough_hoop_that_turns_past_the_axes():
     """The friction's components vanish in turn: the force that holds the bead is none of them."""
     by_angle = """

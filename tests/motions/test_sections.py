@@ -151,6 +151,7 @@ def test_roots_of_any_pattern_within_one_step(seed):
     assert rising.tolist() == found[(len(roots) + 1) % 2 :: 2].tolist()
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("depth", [1e-2, 1e-6, 1e-10])
 def test_two_crossings_around_a_summit_that_hardly_passes_the_surface(depth):
     """y = t - t^2/2 has its summit 1/2 at t = 1."""
@@ -340,6 +341,7 @@ def test_backward_in_time():
     assert strobed.of().tolist() == [-1.0, -2.0, -3.0]
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_how_motions_end():
     stopped = take(SPRING, "x", [[0.0, 1.0]], 9, stop=20.0)
     assert stopped.ending == [Ending.COMPLETE] and len(stopped.of()) == 3

@@ -108,6 +108,7 @@ def rows(count: int, columns: int) -> np.ndarray:
     return np.array([i % columns * 1.2 + 0.7, i // columns * 1.2 + 0.7, 0.0 * i, 0.0 * i])
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("p", EXPONENTS)
 def test_a_contact_takes_few_series(p, source, series):
     height = source.uniform(0.8, 1.5)
@@ -120,7 +121,7 @@ def test_a_contact_takes_few_series(p, source, series):
     assert np.max(np.abs(energy - energy[0])) <= 1e-12 * energy[0]
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("p", [1.5, 1.8, 2.5])
 def test_samples_on_a_way_across(p, source):
     """They are closer to one another than the way is long, and velocities and h are known."""
@@ -141,6 +142,7 @@ def test_samples_on_a_way_across(p, source):
     assert motion.attributes["steps"] <= 30
 
 
+@pytest.mark.exhaustive(keep=0.2)
 def test_contacts_that_begin_and_end_at_once(series):
     """Each row of a pile reaches the floor, and what is below it, at one time but for rounding."""
     pile = Pile(rows(LARGE, 5), 6.2, 3000.0, 2.5, G)
@@ -151,6 +153,7 @@ def test_contacts_that_begin_and_end_at_once(series):
     assert motion.attributes["steps"] + series[0] <= SERIES * switched
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_two_contacts_that_end_at_once_take_no_search(series):
     motion = Pile(rows(2, 2), 2.6, 3000.0, 1.5, G).followed(1.0)
     assert motion.status == "complete"
@@ -181,7 +184,7 @@ def test_the_first_step_of_a_contact_is_no_less_exact_by_radau(depth):
     assert np.ptp(energies) <= 1e-9
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("p", EXPONENTS)
 def test_random_grains(p, source):
     noise, count = np.random.default_rng(source.randrange(2**32)), source.randint(6, 16)

@@ -31,6 +31,7 @@ def source(request) -> random.Random:
     return random.Random(request.config.option.seed)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "wall", ["K/2*max(0, x - A)**2", "K/2*((x - A + abs(x - A))/2)**2", "where(x > A, K/2*(x - A)**2, 0)"]
 )
@@ -66,6 +67,7 @@ def test_a_block_sticks_until_the_force_exceeds_the_friction(source):
     assert motion["q/x"][-1] == pytest.approx(c * 3**3 / 6, rel=1e-12)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "coefficient",
     ["where(abs(x_dot) < 0.1, S, K)", "where(x_dot**2 < 0.01, S, K)", "where(0.1 > x_dot, S, K)"],
@@ -111,6 +113,7 @@ def test_a_motion_comes_to_rest_where_two_jumps_meet():
     assert np.all(still[np.argmax(still) :])
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "spelling",
     [
@@ -137,6 +140,7 @@ def test_what_such_a_resistance_has_stopped_is_moved_by_another_force():
     assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("side", [1, -1])
 def test_dry_friction_beside_such_a_resistance_lets_go(side):
     """From rest v' = 0.3 - 0.8 s, s = sqrt(v): t = -2 s/0.8 - 0.6/0.64 log(1 - 0.8 s/0.3), on both sides."""
@@ -147,7 +151,7 @@ def test_dry_friction_beside_such_a_resistance_lets_go(side):
     assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("power", [0.1, 0.25, 0.5, 0.75, 1.3])
 @pytest.mark.parametrize("spelling", ["max(0, x - {a})", "(abs(x - {a}) + x - {a})/2"])
 def test_a_contact_force_that_has_no_series_where_it_begins(power, spelling, source):
@@ -240,6 +244,7 @@ potential: sum(1/({distance}) for i in range(N) for j in range(i))
 """
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_charges_on_a_ring_move_as_with_distances_that_have_no_sides():
     """|2 sin((a_i - a_j)/2)| is its argument as long as no charge passes another one, which none can."""
     motions = [

@@ -296,7 +296,7 @@ observables: {friction: friction}
 """
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=0.9)
 @pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
 @pytest.mark.parametrize(("text", "normal"), [(SLOPE, [0, 1]), (ALONG, [np.sin(0.5), np.cos(0.5)])])
 def test_a_block_that_comes_to_rest_on_an_incline(text, normal, precision):

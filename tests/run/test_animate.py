@@ -97,6 +97,7 @@ def test_the_ball_is_where_the_motion_is(folder, name, moment):
         assert math.dist((columns.mean(), 320 - rows.mean()), expected) < 1.5
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_a_trail_is_the_path_so_far(folder):
     long, none = (reel(folder, "run.h5", trail=trail) for trail in (0.5, 0.0))
     assert long.finer == FINER and long.trail == 5 * FINER
@@ -223,6 +224,7 @@ def test_a_long_output_is_read_in_parts(folder, monkeypatch):
     np.testing.assert_allclose(film.q[:, 1], 5 * film.t - 5 * film.t**2, atol=1e-13)
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_the_command(folder, tmp_path):
     system = SYSTEMS / "rotating_hoop.yaml"
     asked = ("--stop", "1", "--fps", "5", "--size", "65x48", "--panels", "q,energy")
@@ -246,6 +248,7 @@ def test_the_command(folder, tmp_path):
         assert done.returncode == status and message in done.stderr, done.stderr
 
 
+@pytest.mark.exhaustive(keep=7)
 @pytest.mark.parametrize("size", [(640, 480), (400, 200), (1920, 1080)])
 @pytest.mark.parametrize("name", ["a long name of a system " * 10, "W" * 200, "short"])
 def test_a_title_ends_within_the_picture(folder, name, size):

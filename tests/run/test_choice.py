@@ -59,6 +59,7 @@ solve: {{stop: 0.5, samples: 3}}
 """
 
 
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize(
     ("count", "potential", "options", "expected"),
     [
@@ -167,7 +168,7 @@ solve: {stop: 0.5, samples: 3}
 BOUNCING = GRAINS.replace("for i in range(N))", "+ 1e4*max(0, -grain[i].y - 1)**2.5 for i in range(N))")
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("text", [CHAIN, BOUNCING])
 def test_chains_and_bouncing_grains_pass_with_drag(text: str) -> None:
     found, expected = (lagrange_cli.solve(text, method=one, tolerance=1e-9) for one in ("auto", "Radau"))
@@ -182,6 +183,7 @@ def test_damping_and_small_systems_keep_series() -> None:
         assert settings.method == "taylor"
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_the_choice_is_kept(tmp_path) -> None:
     """A command whose program is in the cache does not derive anything to choose its method."""
     (tmp_path / "grains.yaml").write_text(GRAINS)

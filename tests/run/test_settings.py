@@ -14,9 +14,11 @@ from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.ensembles.ensemble import make_ensemble
 from lagrange_cli.run.ensembles.members import Members
 from lagrange_cli.run.request import Request
+from lagrange_cli.run.sections.request import periods
 from lagrange_cli.run.settings.samples import DEFAULT_SAMPLES, sample_times
 from lagrange_cli.run.settings.settings import check_defaults, resolve_settings
 from lagrange_cli.run.times import with_times
+from lagrange_cli.spec.ensemble import resolve_ensemble
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine, read_spec
 from lagrange_cli.spec.source import Source
@@ -173,6 +175,15 @@ TIMED = """\
 sizes: {N: 2}
 parameters: {omega: 2.0, k: [1.0, 3.0]}
 coordinates: {x: {initial: 1}}
+definitions:
+  period: 2*pi/rate
+  rate: omega*k[0]
+  ends: [period/2, sum(k[i] for i in range(N))]
+  part[i in range(N)]: period*k[i]
+  since[0]: 0.5*period
+  since[i in range(1, N)]: since[i - 1] + k[i]
+  speed: x_dot
+  twice: 2*speed
 lagrangian: x_dot**2/2 - k[0]*omega**2*x**2/2
 solve: {stop: 1}
 """
@@ -191,8 +202,31 @@ def test_times_are_numbers_or_expressions_in_parameters():
 
 
 @pytest.mark.parametrize(
+    ("text", "stop"),
+    [
+        ("3*period", 3 * math.pi),
+        ("ends.x + ends.y", math.pi / 2 + 4),
+        ("part[1] - part[N - 2]", 2 * math.pi),
+        ("since[1]", math.pi / 2 + 3),
+        ("dot(ends, (0, 1))", 4.0),
+    ],
+)
+def test_times_may_contain_definitions_that_are_constant(text, stop):
+    for exact in (False, True):
+        spec, parameters = read_spec(TIMED, "system.yaml"), {"omega": 2.0, "k[0]": 1.0, "k[1]": 3.0}
+        found = with_times(SolveDefaults(), {"stop": text}, spec, parameters, exact=exact)
+        assert found.stop == pytest.approx(stop, rel=1e-15)
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("twice", "'twice' is not constant; times are numbers, or expressions in parameters"),
+        ("ends", "expected a number, found a vector"),
+        ("ends.z", "the definition 'ends' has no component 'z'; known: ends.x, ends.y"),
+        ("part", "missing index on the family 'part'"),
+        ("part[2]", "no member 'part\\[2\\]'"),
+        ("period[0]", "'period' is not a family"),
         ("10*omga", "10.omga: unknown name 'omga'; did you mean 'omega'"),
         ("soon", "--stop soon: unknown name 'soon'"),
         ("2*x", "'x' is not constant; times are numbers, or expressions in parameters"),
@@ -214,8 +248,15 @@ def test_a_time_that_has_no_value_is_a_usage_error(text, message):
 
 
 def test_members_of_a_sweep_have_the_same_times():
-    with pytest.raises(UsageError, match="'omega' differs between the members of the sweep"):
-        times_of("stop=pi/omega", parameters={"k[0]": 1.0, "k[1]": 3.0})
+    for text, message in (("pi/omega", "'omega' differs"), ("period", "'period' differs")):
+        with pytest.raises(UsageError, match=f"{message} between the members of the sweep"):
+            times_of(f"stop={text}", parameters={"k[0]": 1.0, "k[1]": 3.0})
+
+
+def test_the_period_of_a_section_may_be_a_definition():
+    spec = read_spec(TIMED, "system.yaml")
+    values = resolve_ensemble(spec, {}, {"omega": np.array([1.0, 4.0])})
+    assert periods("period + ends.y", spec, values) == pytest.approx([2 * math.pi + 4, math.pi / 2 + 4])
 
 
 OSCILLATOR = """\

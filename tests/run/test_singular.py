@@ -86,6 +86,7 @@ def test_check_warns_at_the_place_of_the_coordinate():
     assert singular_start(spec, resolve_values(spec, {"l": "1"})) == ()
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_a_motion_that_cannot_begin_says_so(tmp_path, method):
     (tmp_path / "file.yaml").write_text(PENDULUM)
@@ -107,6 +108,7 @@ lagrangian: >-
 """
 
 
+@pytest.mark.exhaustive(keep=0.95)
 @pytest.mark.parametrize("count", [24, 150])
 def test_masses_that_are_too_ill_conditioned_are_called_so(tmp_path, count):
     """Those of powers of x in Ritz's method; with many, in loops."""

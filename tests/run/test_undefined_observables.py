@@ -36,7 +36,7 @@ def rod(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -60,6 +60,7 @@ def test_asked_for_by_name_they_are_refused(rod):
     assert "no output 'observables'" in done.stderr and "choose outputs without it" in done.stderr
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_where_they_are_defined_all_are_written(rod):
     done = run(rod, "solve", "elastic.yaml")
     assert (done.returncode, done.stderr) == (0, "")
@@ -67,6 +68,7 @@ def test_where_they_are_defined_all_are_written(rod):
         assert {"tension", "height"} <= set(file["observables"])
 
 
+@pytest.mark.exhaustive(keep=0.2)
 def test_pictures_do_without_them(rod):
     assert run(rod, "plot", "rod.yaml").returncode == 0
     assert run(rod, "plot", "rod.yaml", "--what", "observables", "-o", "named.png").returncode == 2

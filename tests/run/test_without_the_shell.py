@@ -119,6 +119,7 @@ def test_a_system_is_classified_and_its_equations_written():
     assert verify_system(derived, {}).agrees
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_methods_are_ranked():
     ready, told = motion(), []
     entries = entries_of(["taylor"], [1e-6], 1)

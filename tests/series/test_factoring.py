@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -63,6 +64,7 @@ def test_reciprocals_are_taken_where_they_cost_less() -> None:
         assert reciprocals(products) == ({r} if cheaper else set())
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_the_derivative_of_a_long_product_shares_its_parts() -> None:
     """n products of n - 1 factors: n log2 n products of two, found without looking at every pair."""
     graph, count = Graph(), 200

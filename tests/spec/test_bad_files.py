@@ -63,7 +63,13 @@ BAD = [
     (EMBEDDING, "[bob.x, 1]", [(11, "bob.x", "the particle 'bob' cannot", "r(q, t)")]),
     ("potential:", "definitions: {w: theta_dot, w2: w**2}\npotential: w2*", []),
     (EMBEDDING, "[w2, 1]\ndefinitions: {w: theta_dot, w2: w**2}", [(11, "w2", "depends on a velocity", "")]),
-    ("name: pendulum", "definitions: {h: bob.y}", [(1, "bob.y", "the particle 'bob' cannot", "")]),
+    (EMBEDDING, "[h, 1]\ndefinitions: {h: bob.y}", [(12, "h", "itself: h -> bob -> h", "no particles")]),
+    (EMBEDDING, "[h, 1]\ndefinitions: {h: u + 1, u: bob.vy}", [(12, "h", "h -> u -> bob -> h", "")]),
+    ("name: pendulum", "definitions: {r: 2*bob, u: r.vx}", [(1, "r.vx", "no component 'vx'", "as bob.vx")]),
+    ("  bob: m", "  bob: h\ndefinitions: {h: bob.y}", [(9, "h", "which depends on a particle", "")]),
+    ("name: pendulum", "definitions: {h: bob.w1 + bob.z}", [
+        (1, "bob.w1", "not a rigid body", ""), (1, "bob.z", "no component 'z'", "bob.vx")
+    ]),
     # declarations
     ("  g:", "  t:", [(5, "t", "the name 't' is reserved", "t_"), (12, "g", "unknown name 'g'", "")]),
     ("  g:", "  in:", [(5, "in", "cannot be called 'in'", ""), (12, "g", "unknown", "")]),
@@ -304,6 +310,7 @@ bodies:
 ]  # fmt: skip
 
 
+@pytest.mark.exhaustive(keep=77)
 @pytest.mark.parametrize(("old", "new", "expected"), BAD, ids=[f"{new[:40]}" for _, new, _ in BAD])
 def test_mistake_is_shown_at_its_place(old: str, new: str, expected: list[tuple[int, str, str, str]]) -> None:
     found = problems(PENDULUM.replace(old, new, 1))
@@ -525,3 +532,21 @@ def test_a_wrong_body(given, instead, message):
     found = [one.message for one in caught.value.problems]
     assert sum(message in one for one in found) == 1, found
     assert all(one.line for one in caught.value.problems)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "hint"),
+    [
+        ("[3, 3, 0]", "with the moments J, J, 0 is 'solid: {rod: l}' with l = sqrt(12*J/m)"),
+        ("[3, 0, 3]", "sqrt(12*J/m); it lies along the third axis, so turn the orientation"),
+        ("[[3, 0, 0], [0, 3, 0], [0, 0, 0]]", "'solid: {rod: l}' with l = sqrt(12*J/m)"),
+        ("[0, 0, 3]", "write [J, J, J]"),
+        ("[1, 2, 0]", "only a thin rod has none about one axis"),
+        ("[0, 0, 0]", "is a particle"),
+        ("[1, -2, 2]", "moments of inertia are greater than 0"),
+    ],
+)
+def test_what_has_no_moment_about_an_axis_is_told_what_it_may_be(inertia, hint):
+    with pytest.raises(SpecError) as caught:
+        resolve_values(read_spec(BODY.replace("[1, 2, 2.5]", inertia), "body.yaml"))
+    assert hint in caught.value.problems[0].hint

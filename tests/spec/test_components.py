@@ -48,6 +48,7 @@ def links(constraints, f=0.3, p=-0.2):
     return LINKS.format(constraints=constraints, f=f, p=p)
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_a_vector_is_its_components_to_the_last_bit():
     one, two = (lagrange.solve(links(each)) for each in (VECTORS, ONE_BY_ONE))
     assert [*one.multipliers] == ["pin.x", "pin.y", "joint.x", "joint.y"]
@@ -75,6 +76,7 @@ FORMS = [
 ]
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("form", FORMS)
 def test_each_way_to_write_a_vector_joins_two_particles(form):
     text = f"""\
@@ -198,6 +200,7 @@ def zeros_of(text):
     return Zeros(draft, known, lambda tree: getattr(tree, "items", tree)), draft.bodies[0].orientation
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_what_is_known_of_the_entries_of_an_orientation():
     """Those that are 0, and those that do not change: at three states, a parameter l being any number."""
     rng = random.Random(5)

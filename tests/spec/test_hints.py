@@ -75,7 +75,7 @@ def test_energies_are_outputs(name, output):
 def test_a_position_relative_to_another():
     two = changed("  bob: m", "  bob: m\n  two: m")
     (hint,) = hints(two, "embedding:", "embedding:\n  two: bob + (l, 0)")
-    assert hint.endswith("; name the vector under 'definitions', and use that name in both")
+    assert hint.endswith("; name the particle's position under 'definitions', and use that name in both")
     both = two.replace("bob: [", "place: [").replace("embedding:", "definitions:")
     assert not problems(f"{both}embedding:\n  bob: place\n  two: place + (l, 0)\n")
 

@@ -147,3 +147,40 @@ def test_everything_without_a_value_is_shown_at_once() -> None:
 def test_parameters_alone_need_no_initial_state() -> None:
     spec = read_spec(changed("{initial: 0.1}", "{}"), "file.yaml")
     assert resolve_parameters(spec, {"g": "l"}) == {"m": 1.0, "l": 0.5, "g": 0.5}
+
+
+DEFINED = """
+parameters: {k: 4.0, m: 1.0}
+sizes: {N: 3}
+coordinates: {x: {initial: 1}}
+definitions:
+  period: 2*pi*sqrt(m/k)
+  ends: [period, 2]
+  part[0]: period
+  part[i in range(1, N)]: part[i - 1] + k
+  moving: x + 1
+lagrangian: m*x_dot**2/2 - k*x**2/2
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("period", math.pi), ("ends.x*ends.y", 2 * math.pi), ("part[N - 1]", math.pi + 8)]
+)
+def test_initial_values_may_be_set_to_definitions_that_are_constant(text: str, value: float) -> None:
+    spec = read_spec(DEFINED, "file.yaml")
+    assert resolve_values(spec, {"x": text}).q[0] == pytest.approx(value, rel=1e-15)
+    assert resolve_values(spec, {"x_dot": text}).v[0] == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("x", "moving", "--set x=moving: 'moving' is not constant"),
+        ("x", "ends.z", "the definition 'ends' has no component 'z'"),
+        ("x", "ends", "expected a number, found a vector"),
+        ("k", "period", "--set k=period: 'period' is a definition"),
+    ],
+)
+def test_other_definitions_are_no_values(name: str, text: str, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        resolve_values(read_spec(DEFINED, "file.yaml"), {name: text})

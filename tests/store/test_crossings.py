@@ -136,6 +136,7 @@ CUTS = st.lists(
 ).map(lambda cuts: [*sorted(cuts), (STOP, True)])
 
 
+@pytest.mark.exhaustive(keep=0.45)
 @given(CUTS, st.sampled_from([1.0, -1.0]))
 @example([(15.5, True), (16.0, False), (STOP, True)], 1.0)
 @settings(examples(12), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)

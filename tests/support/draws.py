@@ -4,9 +4,8 @@
 run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw. Where a
 case takes long, one is run now and then: with ``keep=0.5`` in half of the runs.
 ``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and hypothesis tries more examples;
-with ``--most 3`` up to three cases of each are run, with the examples of every day: one more than usually, so
-that suites whose cases take long are short here, too, or three where usually none is run. A case that is
-named on the command line is always run.
+with ``--times 2`` twice as many cases of each are run as usually, with the examples of every day, and two
+where usually none is run. A case that is named on the command line is always run.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from hypothesis import settings
 
 MARKER = "exhaustive"
 THOROUGH = 5
-"""So many times as many examples are tried under ``-m exhaustive`` without ``--most``."""
+"""So many times as many examples are tried under ``-m exhaustive`` without ``--times``."""
 _thorough = False
 
 
@@ -35,9 +34,10 @@ def examples(count: int) -> settings:
 
 
 def sampled(
-    items: Sequence[pytest.Item], seed: int, everything: bool, most: int | None = None
+    items: Sequence[pytest.Item], seed: int, everything: bool, times: float | None = None
 ) -> list[pytest.Item]:
-    """The items without the cases of exhaustive suites that are not drawn; ``most`` of each at most."""
+    """The items without the cases of exhaustive suites that are not drawn: ``everything`` keeps them all, or
+    so many ``times`` as many as usual."""
     suites: dict[str, list[pytest.Item]] = {}
     for item in items:
         if item.get_closest_marker(MARKER) is not None:
@@ -50,11 +50,10 @@ def sampled(
         keep = marker.kwargs.get("keep", 1)
         if not everything:
             count = int(keep + chance.random())
-        elif most is None or keep == 0:
+        elif times is None:
             count = marker.kwargs.get("most", len(cases))
         else:
-            count = int(keep + 1)
-        count = count if most is None else min(count, most)
+            count = int((keep or 1) * times + chance.random())
         drawn = chance.sample(cases, min(count, len(cases)))
         left_out |= {*cases} - {*drawn}
     return [item for item in items if item not in left_out]

@@ -99,7 +99,8 @@ def agree_at_random(left: sympy.Expr, right: sympy.Expr, digits: int = 25) -> bo
     """Whether two expressions have the same values, to ``digits`` digits, at random points away from zero."""
     generator = random.Random(1)
     symbols = sorted(left.free_symbols | right.free_symbols, key=str)
-    both = sympy.lambdify(symbols, [left, right], "mpmath")
+    switches = {"where": lambda u, above, below, at: above if u > 0 else below}
+    both = sympy.lambdify(symbols, [left, right], [switches, "mpmath"])
     with mpmath.workdps(digits + 10):
         for _ in range(3):
             found, known = both(*(mpmath.mpf(generator.uniform(0.4, 1.8)) for _ in symbols))

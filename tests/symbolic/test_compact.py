@@ -37,3 +37,28 @@ forces: {ball: "-c*norm((ball.vx, ball.vy))*(ball.vx, ball.vy)"}
 )  # fmt: skip
 def test_the_power_of_friction_reads_as_in_a_textbook(text: str, line: str) -> None:
     assert line in as_written(derive(spec_of(text)), "text", "lagrange", {})
+
+
+PRODUCTS = """
+parameters: {m: 1, a: 1, b: 2}
+coordinates: {x: {initial: 0}, y: {initial: 1}}
+masses: {bob: m}
+positions: {bob: [x, y]}
+potential: x**2/2 + (x - a)*(y - b)*(x - b) + (x + y)*(x - y)
+events:
+  between: (x - a)*(x - b)
+  close: {when: (x - y)*(x_dot - y_dot), action: {set: {y_dot: (x - a)*(y_dot - b)}}}
+"""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "U = 3*x**2/2 - y**2 + (x - a)*(x - b)*(y - b)",
+        "(x - a)*(x - b) = 0",
+        "(x - y)*(x_dot - y_dot) = 0",
+        "close, in either direction: y_dot -> (x - a)*(y_dot - b)",
+    ],
+)
+def test_products_of_sums_are_written_out_only_where_that_is_shorter(line: str) -> None:
+    assert f"  {line}\n" in as_written(derive(spec_of(PRODUCTS)), "text", "lagrange", {}) + "\n"

@@ -132,6 +132,7 @@ def test_what_jumps_depends_on_its_argument_although_its_derivative_vanishes(jum
     assert {e.quantity for e in derived(system.format(jump.format("t"))).conserved} == {"p_x", "p_z"}
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_what_formulas_of_parameters_conserve_is_printed():
     """The integral of the swinging Atwood machine whose masses are 3 : 1 (N. B. Tufillaro 1986)."""
     text = """

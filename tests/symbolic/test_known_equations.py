@@ -93,7 +93,7 @@ def test_every_shipped_system_is_compared():
     assert {*ACCELERATIONS, *BODIES, *RIGID, *CONTACTS} == set(NAMES)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("name", ACCELERATIONS)
 def test_accelerations_are_the_known_ones(name):
     accelerations = equations_of(name).accelerations
@@ -102,7 +102,7 @@ def test_accelerations_are_the_known_ones(name):
         assert same(renamed(equations_of(name), found), known)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.9)
 @pytest.mark.parametrize("name", BODIES)
 def test_bodies_obey_newton(name):
     equations, axes = equations_of(name), len(BODIES[name])

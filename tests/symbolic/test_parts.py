@@ -22,7 +22,7 @@ nonholonomic: {blade: x_dot*sin(a) - y_dot*cos(a)}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("format_", ["text", "unicode"])
 def test_what_is_short_is_printed_as_beside_equations(format_, tmp_path, monkeypatch, capsys):
     (tmp_path / "sledge.yaml").write_text(SLEDGE, encoding="utf-8")

@@ -47,6 +47,7 @@ def test_a_force_that_vanishes_has_no_size():
     assert "abs(" not in written(shipped("free_particles"))
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_with_constraints_the_multipliers_are_beside_them():
     text = written(spec_of(PENDULUM))
     assert "R_bob_x = m*x*(-x_dot**2 - y_dot**2 + g*y)/(x**2 + y**2)" in text

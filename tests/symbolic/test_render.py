@@ -150,7 +150,7 @@ def test_latex(value, text):
 @pytest.mark.parametrize(
     ("notation", "text"),
     [
-        (Text(), "1.2e+18**0.7*x"),
+        (Text(), "1.2e18**0.7*x"),
         (Unicode(), "(1.2·10¹⁸)^0.7 x"),
         (MathML(), "<mo>(</mo><mrow><mrow><mn>1.2</mn>"),
     ],

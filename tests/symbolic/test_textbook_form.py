@@ -186,6 +186,7 @@ def test_an_exponential_of_time_is_divided_out():
     assert line in as_written(derive(spec), "text", "lagrange", {})
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_what_all_terms_share_is_factored_out():
     """The restricted problem of three bodies (Szebehely, Theory of Orbits, 1967, section 1.5), and a cylinder
     that rolls within another one."""

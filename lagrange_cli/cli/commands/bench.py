@@ -12,6 +12,7 @@ from lagrange_cli.cli.options.shared import Given, Integer, Number, given_option
 from lagrange_cli.cli.progress import MeasuringProgress, Waiting
 from lagrange_cli.cli.source import read_system
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.vocabulary import as_in_files
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.run.bench import TOLERANCES
 from lagrange_cli.run.interrupts import Interrupts
@@ -43,8 +44,7 @@ def parse_tolerances(
     "wanted",
     type=Number(),
     default=1e-9,
-    show_default=True,
-    help="Recommend the fastest method that reaches this error of q, relative to its size.",
+    help="Recommend the fastest method that reaches this error of q, relative to its size [1e-9].",
 )
 @click.option(
     "--stop",
@@ -62,7 +62,7 @@ def parse_tolerances(
     metavar="LIST",
     callback=parse_tolerances,
     help="The tolerances to try: a comma-separated list "
-    f"[{','.join(f'{x:g}' for x in TOLERANCES)}, and full precision for {TAYLOR}].",
+    f"[{','.join(as_in_files(f'{x:g}') for x in TOLERANCES)}, and full precision for {TAYLOR}].",
 )
 @click.option(
     "--runs",

@@ -16,6 +16,7 @@ from lagrange_cli.run.equations import FORMATS, FORMS
 if TYPE_CHECKING:
     from lagrange_cli.run.coordinates import Covariance
     from lagrange_cli.run.equations import Begun
+    from lagrange_cli.symbolic.equations import Equations
     from lagrange_cli.symbolic.verify import Verification
 
 DIFFERS = 4
@@ -92,9 +93,22 @@ def show_system(
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
     begun: list[Begun] = []
+
+    def suits(equations: Equations) -> None:
+        if form == "explicit" and format_ not in ("json", "python"):
+            from lagrange_cli.symbolic.report import refuse_unsolved
+
+            refuse_unsolved(equations)
+
     try:
         derived = derive_printed(
-            spec, form, waiting.stage, given.overrides, coordinates=coordinates, begins=begun.append
+            spec,
+            form,
+            waiting.stage,
+            given.overrides,
+            coordinates=coordinates,
+            begins=begun.append,
+            suits=suits,
         )
     except TooLargeSystem as error:
         from lagrange_cli.run.partial_equations import FORMATS as IN_PART

@@ -34,6 +34,8 @@ KEPT = 8
 nowhere, and what is before them counts."""
 AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
 """How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
+EXACT = 2.0**-46
+"""Polynomials that agree so well differ by rounding."""
 LOOKS = 65
 """Places where signs of arguments are looked at: of polynomials of degree ``DEGREE``."""
 MOST_REPLAYED = 1 << 17
@@ -73,7 +75,8 @@ class Passage:
 def passages(
     singular: float, longest: float, shortest: float, sampled: Callable[[Array], Array | None]
 ) -> list[Passage]:
-    """Polynomials that lead beyond the ``singular`` time, that of the least estimated error first.
+    """Polynomials that lead beyond the ``singular`` time, that of the least estimated error first; of those
+    with rounding errors alone, the longest: close behind the singular time, steps would lead nowhere.
 
     ``sampled`` gives the states (rows, n) at times before it, up to ``longest`` before, or None.
     """
@@ -91,7 +94,8 @@ def passages(
             error = float(np.max(np.abs(ends[0] - ends[1]))) / scale
             found.append(Passage(start, known, stop, fine, error))
         length /= 2.0
-    return sorted((one for one in found if one.error <= AGREED), key=lambda one: one.error)
+    known = (one for one in found if one.error <= AGREED)
+    return sorted(known, key=lambda one: (max(one.error, EXACT), -one.stop))
 
 
 def _fitted(

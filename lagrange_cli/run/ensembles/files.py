@@ -74,9 +74,11 @@ class MembersFile:
         self._start, self._members = start, ensemble.values.members
         self._section = ensemble.cut is not None
         self.found = np.zeros(self._members, dtype=np.int64)
+        layout = layout_of(ensemble, prepared, units)
+        layout.check_size(times.count if sampled else 1, self._members)
         self.output = EnsembleWriter(
             start.target,
-            layout_of(ensemble, prepared, units),
+            layout,
             members=self._members,
             times=times.chunk(0, times.count) if sampled else None,
             dimensions=dimensions(ensemble, units),

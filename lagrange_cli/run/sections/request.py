@@ -104,14 +104,14 @@ def settings_of(spec: Spec, values: EnsembleValues, request: Request) -> Setting
 
 
 def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
-    """The period of each member: an expression in parameters. Raises ``UsageError``."""
+    """The period of each member: an expression in parameters and definitions. Raises ``UsageError``."""
     import numpy as np
 
-    from lagrange_cli.expression.build import Builder, NoMember
+    from lagrange_cli.expression.build import NoMember
     from lagrange_cli.expression.columns import ColumnAlgebra
     from lagrange_cli.expression.parse import parse
     from lagrange_cli.expression.syntax import ExpressionError
-    from lagrange_cli.run.times import check_names
+    from lagrange_cli.run.times import builder, check_names
     from lagrange_cli.spec.ensemble import plain
 
     algebra = ColumnAlgebra(values.members)
@@ -124,9 +124,9 @@ def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
 
     try:
         tree = parse(text)
-        check_names(tree, spec, dict.fromkeys(values.parameters, 0.0))
+        check_names(tree, spec, values.parameters)
         with np.errstate(all="ignore"):
-            found: Number = plain(algebra.finite(tree, Builder(scope, algebra, spec.sizes).build(tree)))
+            found: Number = plain(algebra.finite(tree, builder(tree, spec, scope, algebra).build(tree)))
     except ExpressionError as error:
         hint = f"; {error.hint}" if error.hint else ""
         raise UsageError(f"--every {text}: {error.message}{hint}") from error

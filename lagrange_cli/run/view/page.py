@@ -77,6 +77,7 @@ def page(
         replays = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
         if why:
             shown |= {"members": [recorded(followed)], "notice": replays}
+    with stage("print" if equations is None else "compile"):
         text = assembled(motion, followed, drawing, None if why else program, shown, equations)
     return Page(text, not why, replays)
 

@@ -18,19 +18,32 @@ def flaw(entries: Sequence[float]) -> Flaw | None:
     The second moments of mass J = tr(I)/2 - I must not be negative along any axis, or I_1 > I_2 + I_3.
     """
     if len(entries) == 3:
-        for i, one in enumerate(entries):
-            if one <= 0:
-                return (
-                    i,
-                    f"the value {one:.15g} is not positive",
-                    "a rod without thickness is 'solid: {rod: l}'",
-                )
+        if min(entries) <= 0:
+            return not_positive(entries)
         largest = max(entries)
         if 2 * largest > sum(entries) + ROUNDING * largest:
             least, middle, most = apart(*sorted(entries))
             return entries.index(largest), f"the value {most} exceeds {least} + {middle}", TRIANGLE
         return None
     return tensor_flaw(entries)
+
+
+def not_positive(moments: Sequence[float]) -> Flaw:
+    """The mistake in three principal moments that are not all greater than 0."""
+    least, middle, most = sorted(moments)
+    if least < 0:
+        hint = "moments of inertia are greater than 0"
+    elif most == 0:
+        hint = "what has a mass and no size is a particle: write it under 'masses' and 'positions'"
+    elif middle == 0:
+        hint = "where it turns about one axis only, the moment J about that alone counts: write [J, J, J]"
+    elif most - middle > ROUNDING * most:
+        hint = "only a thin rod has none about one axis, and those about the other two are equal then"
+    else:
+        hint = "a thin rod with the moments J, J, 0 is 'solid: {rod: l}' with l = sqrt(12*J/m)"
+        hint += "" if moments[2] == 0 else "; it lies along the third axis, so turn the orientation"
+    first = next(i for i, one in enumerate(moments) if one <= 0)
+    return first, f"the value {moments[first]:.15g} is not positive", hint
 
 
 def apart(*numbers: float) -> list[str]:
@@ -52,6 +65,9 @@ def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
             above, below = apart(upper, lower)
             message = f"not symmetric: I{row} = {above}, but I{column} = {below}"
             return 3 * j + i, message, "moments of inertia are a symmetric matrix"
+    if not any(one for k, one in enumerate(entries) if k % 4) and min(entries[::4]) <= 0:
+        first, message, hint = not_positive(entries[::4])
+        return 4 * first, message, hint
     half = sum(entries[::4]) / 2
     second = [(half if k % 4 == 0 else 0.0) - one for k, one in enumerate(entries)]
     if scale == 0 or not is_positive(entries, 0.0):

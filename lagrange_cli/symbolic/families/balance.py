@@ -17,6 +17,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Changing, Conserved
 from lagrange_cli.symbolic.families.given import Given
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
+from lagrange_cli.symbolic.families.sums import gathered
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.members import Loops, Summed
 
@@ -53,8 +54,8 @@ def balance(
     texts = dict(displaced(given, momenta))
     for each in kept:
         if each.quantity in texts:
-            expression = texts[each.quantity]
-            conserved.append(Conserved(each.quantity, given.neat(expression), each.because, each.breaks))
+            expression = gathered(given.neat(texts[each.quantity]), given.order)
+            conserved.append(Conserved(each.quantity, expression, each.because, each.breaks))
     return conserved, changing
 
 

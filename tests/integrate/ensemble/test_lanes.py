@@ -145,6 +145,7 @@ def test_members_choose_their_own_branches():
     assert np.max(np.abs(many.samples - alone.samples)) < 1e-13
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_integrals_are_carried_along():
     program = prepared("driven_damped_pendulum", outputs=("ledger", "action"), ensemble=True).machine.program
     assert len(program.integrals) > 1 and program.lanes
@@ -311,7 +312,7 @@ def energies(parameters, states):
     return kinetic - (m1 + m2) * g * l1 * np.cos(a) - m2 * g * l2 * np.cos(b)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("name", ["double_pendulum", LARGE], ids=["lanes", "one by one"])
 def test_it_stops_when_told_and_says_what_has_ended(name):
     parameters, states = members_of(name, 400 if name == "double_pendulum" else 12)
@@ -331,6 +332,7 @@ def test_it_stops_when_told_and_says_what_has_ended(name):
     assert all(state.tobytes() in known for state in many.state[complete])
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_an_error_of_whoever_takes_members_stops_all():
     class Full(Exception):
         pass

@@ -94,6 +94,7 @@ def test_it_takes_the_steps_that_scipy_takes(tolerance: float) -> None:
     assert errors[1] < 3 * errors[0]
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_samples_change_nothing_and_are_as_accurate() -> None:
     outputs = ("q", "v", "h", "ledger", "action")
     few, many = (follow(DRIVEN, 6.0, n, method="DOP853", tolerance=1e-9, outputs=outputs) for n in (4, 301))

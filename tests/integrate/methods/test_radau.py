@@ -162,6 +162,7 @@ def test_derivatives_are_kept_where_newtons_method_converges() -> None:
     assert outcome.evaluations < 12 * outcome.steps + 100
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_a_full_matrix_gives_the_motion_of_a_banded_one(monkeypatch: pytest.MonkeyPatch) -> None:
     banded = radau(CHAIN, 1.0, 5, 1e-7)
     banded_work = prepared(CHAIN, "Radau", 1e-7).machine.program.work

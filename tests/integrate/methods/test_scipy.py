@@ -60,7 +60,7 @@ def test_the_jacobian_is_the_slope_of_the_rates(system: str) -> None:
         assert abs(jacobian[:, k] - expected).max() < allowed
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.3)
 def test_rates_are_what_the_taylor_method_starts_with() -> None:
     compiled, _ = equations(WILD)
     values = values_of(WILD)

@@ -30,6 +30,7 @@ def test_what_has_a_name_stands_in_front_of_a_denominator(product: str, expected
     assert times(product, "L_z") == expected
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_single_particle_is_no_sum() -> None:
     found = told("""
         parameters: {m: 1, F: 2, k: 3}
@@ -63,6 +64,7 @@ def test_a_shift_of_time() -> None:
     assert [*found.values()] == ["a shift of t leaves the action unchanged"]
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_what_constraints_on_velocities_keep_makes_nothing_new() -> None:
     """The turning of a carriage is constant, and so is its angle less that of its wheels; not told is their
     product."""

@@ -83,7 +83,7 @@ def test_what_is_not_found(potential, expected):
     assert not [*integrals(search.model, search.noether, search.known)]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.2)
 def test_they_are_conserved_quantities_of_the_system():
     residual = residual_of(GREENE)
     (found,) = symmetries(residual.model, residual.conserved)

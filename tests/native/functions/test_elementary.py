@@ -49,6 +49,7 @@ def errors(found: np.ndarray, known: list[mpmath.mpf]) -> np.ndarray:
     return np.array([float(abs(x - y) / math.ulp(float(y))) for x, y in zip(found, known)])
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("where", ANGLES)
 def test_sine_and_cosine(where: str) -> None:
     x = ANGLES[where]

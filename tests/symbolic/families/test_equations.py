@@ -169,6 +169,7 @@ potential: sum((r[(i + 1) % N] - r[i])**2 + cos(r[i]*b[i].x) for i in range(N) i
     holds(printed(text))
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_contacts_of_pairs_as_in_a_textbook() -> None:
     attraction, contact = "-sum(G*m[i]*m[j]/{}", "sum(G*max(0, 1 - {})**2"
     text = BODIES.replace(*(one.format("norm(body[i] - body[j])") for one in (attraction, contact)))
@@ -179,6 +180,7 @@ def test_contacts_of_pairs_as_in_a_textbook() -> None:
     assert str(verify_families(printed(text), {})).count("further away") == 1
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_ring_with_conditions_and_two_indices() -> None:
     listed = [piece.format(a=1, b=-1, condition=CONDITIONS[2]) for piece in PIECES]
     holds(printed(TWO.format(N=3, M=2, pieces="\n    - ".join(listed))))
@@ -282,6 +284,7 @@ def test_sympy_reads_the_data_back() -> None:
     assert [one["quantity"] for one in data["conserved"]] == ["h", "P_x", "P_y", "L_z", "K_x", "K_y"]
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_what_is_printed_and_the_work_do_not_grow_with_the_size() -> None:
     def counted(count: int) -> tuple[str, int]:
         derived = printed((SYSTEMS / "fpu_chain.yaml").read_text(), {"N": str(count)})
@@ -296,6 +299,7 @@ def test_compiled_and_printed_equations_agree() -> None:
     assert verify_families(printed(BODIES), {}).difference <= 1e-13
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_wrong_equations_differ() -> None:
     right, wrong = (
         printed(BODIES),
@@ -331,3 +335,20 @@ lagrangian: sum(u_dot[i]**2/2 for i in range(N)) - sum(u[i]**(2 + 2*(i % 2)) for
     holds(derived)
     lines = families_as_written(derived, "text", "explicit", {}).splitlines()
     assert lines[-1].strip() == "u_ddot[i] = -2*(1 + (i % 2))*u[i]**(1 + 2*(i % 2))   [for i in range(N)]"
+
+
+TRAP = """
+sizes: {N: 60}
+parameters: {m: 1, b: 5, K: 1}
+coordinates: {"x[i in range(N)]": {initial: "cos(i)*i"}, "y[i in range(N)]": {initial: "sin(i)*i + 1"}}
+masses: {"ion[i in range(N)]": m}
+positions: {"ion[i in range(N)]": ["x[i]", "y[i]"]}
+potential: >-
+  sum(K/norm(ion[i] - ion[j]) for i in range(N) for j in range(i))
+  - sum(b*(x[i]*y_dot[i] - y[i]*x_dot[i])/2 for i in range(N))
+"""
+
+
+def test_the_angular_momentum_in_a_magnetic_field_is_one_sum() -> None:
+    line = "L_z = sum(-m*y[i]*x_dot[i] + m*x[i]*y_dot[i] + b*x[i]**2/2 + b*y[i]**2/2 for i in range(N))"
+    assert f"  {line}\n" in families_as_written(printed(TRAP), "text", "lagrange", {})
