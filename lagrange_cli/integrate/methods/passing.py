@@ -94,8 +94,8 @@ def passages(
             error = float(np.max(np.abs(ends[0] - ends[1]))) / scale
             found.append(Passage(start, known, stop, fine, error))
         length /= 2.0
-    known = (one for one in found if one.error <= AGREED)
-    return sorted(known, key=lambda one: (max(one.error, EXACT), -one.stop))
+    agreed = (one for one in found if one.error <= AGREED)
+    return sorted(agreed, key=lambda one: (max(one.error, EXACT), -one.stop))
 
 
 def _fitted(
