@@ -186,7 +186,7 @@ def test_starts_are_those_of_the_members(
         found.append((np.array([*values.q, *values.v]), spec.left_out))
     (one, left), (other, others) = found
     assert left == others
-    assert np.max(np.abs(one - other)) < 1e-14, text
+    assert np.max(np.abs(one - other)) < 2.0**-40, text  # the least change is found by iteration
 
 
 @dataclass(frozen=True)
