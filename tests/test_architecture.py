@@ -105,7 +105,7 @@ def test_a_recipe_touches_few_files(recipe, most):
     assert len(touched(RECIPES[recipe])) <= most
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_force_key_acts_as_the_force_that_it_stands_for(package):
     outputs = ("--outputs", "q,v,h,ledger")
     drag = solved(package, PENDULUM + "drag: {bob: c}\n", *outputs)
@@ -130,7 +130,7 @@ def test_a_method_follows_the_motion_and_what_it_cannot_do_is_refused(package):
     assert "needs method taylor, not GBS" in wrong.stderr
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_an_output_is_written_with_its_unit(package):
     found = solved(package, PENDULUM, "--outputs", "q,v,velocities")
     theta, omega = found["q/theta"], found["v/theta"]

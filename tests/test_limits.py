@@ -52,7 +52,7 @@ def test_a_formulation_that_takes_too_much_is_left_out(monkeypatch):
     assert derive(model).formulation == "embedding"
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_what_sympy_makes_is_counted(monkeypatch):
     monkeypatch.setenv(limits.VARIABLE, "work=100000")
     x, plain = sympy.Symbol("x"), Basic.__new__

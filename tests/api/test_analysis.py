@@ -60,7 +60,7 @@ def test_a_system_is_classified():
         lagrange.check(wrong)
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_methods_are_compared():
     found = lagrange.bench(PENDULUM, stop=1, methods="taylor", tolerances=[1e-6, 1e-9], runs=1, error=1e-3)
     assert [one.status for one in found.results] == ["complete", "complete"]
@@ -106,7 +106,7 @@ def test_equations_with_indices_are_those_of_the_members(count):
     assert shown.startswith("$$") and r"\ddot{u}_{i}" in shown
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_large_families_have_indices_as_the_command_prints_them(capsys):
     found = lagrange.equations(CHAIN, size={"N": 200})
     for form in ("lagrange", "hamilton"):

@@ -49,6 +49,7 @@ def structured(columns):
     return np.array([*zip(*columns.values())], dtype=[(name, float) for name in columns])
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("kind", [dict, Frame, structured])
 def test_a_table_is_anything_with_columns(kind):
     lengths, angles = [1.0, 2.0], [0.1, 0.2]

@@ -29,7 +29,7 @@ def shown():
     return found
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_the_notebook_runs_and_shows_formulas(shown):
     assert any(hasattr(one, "_repr_latex_") and one._repr_latex_().startswith("$") for one in shown)
     assert any(hasattr(one, "_repr_png_") and one._repr_png_() for one in shown)

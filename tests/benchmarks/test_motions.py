@@ -33,7 +33,7 @@ MOTIONS = (
 )
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("motion", "stop"), MOTIONS, ids=lambda each: getattr(each, "system", ""))
 def test_the_energy_of_each_motion_is_conserved(motion: Motion, stop: float) -> None:
     short = replace(motion, stop=stop)

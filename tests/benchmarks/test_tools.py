@@ -32,7 +32,7 @@ def test_programs_that_differ_are_listed(capsys: pytest.CaptureFixture[str]) -> 
     assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()[:2]] == ["b", "c"]
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_the_object_code_of_a_system_is_that_of_the_next_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -52,7 +52,7 @@ def test_the_object_code_of_a_system_is_that_of_the_next_run(
     assert "1 of 4 programs differ" in capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_versions_are_compared_by_the_commands_of_the_suites(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -63,7 +63,7 @@ def test_versions_are_compared_by_the_commands_of_the_suites(
     assert set(named) == {"integration", "chain", "ensemble", "startup"}
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_the_seconds_of_a_run_are_those_of_its_integration(tmp_path: Path) -> None:
     tmp_path.joinpath("systems").symlink_to(ROOT / "systems")
     solve = ("solve", "systems/pendulum.yaml", "--stop", "1", "--json", "--no-cache")

@@ -35,7 +35,7 @@ def run(capsys, *arguments, system=HOOP):
     return status, captured.out, captured.err
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_the_table_has_a_line_for_each_method_and_tolerance(capsys, folder):
     status, out, err = run(capsys, *FEW, "--stop", "5", "--error", "1e-7")
     assert (status, err) == (0, "")
@@ -63,7 +63,7 @@ def test_the_table_has_a_line_for_each_method_and_tolerance(capsys, folder):
     assert not list(folder.iterdir())
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.45)
 def test_the_object_says_all_of_it_and_what_is_recommended_reaches_the_error(capsys):
     status, out, _ = run(capsys, *FEW, "--stop", "5", "--error", "1e-7", "--json")
     found = json.loads(out)
@@ -85,7 +85,7 @@ def test_the_object_says_all_of_it_and_what_is_recommended_reaches_the_error(cap
     assert best["seconds"] == min(each["seconds"] for each in reaching)
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_constraints_take_degrees_of_freedom(capsys, tmp_path):
     system = tmp_path / "rod.yaml"
     system.write_text(
@@ -97,7 +97,7 @@ def test_constraints_take_degrees_of_freedom(capsys, tmp_path):
     assert out.startswith("rod: 2 degrees of freedom")
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_chaotic_motion_is_compared_as_far_as_it_is_known(capsys):
     arguments = ["--methods", "taylor", "--tolerances", "1e-6", "--runs", "1"]
     system = str(SYSTEMS / "double_pendulum.yaml")
@@ -156,7 +156,7 @@ def test_wrong_options_are_refused(capsys, arguments, message):
     assert message in err and "Traceback" not in err
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_motion_that_cannot_begin_ends_with_a_message(capsys, folder):
     (folder / "flat.yaml").write_text(
         "coordinates: {r: {initial: 0}}\nlagrangian: r**2*r_dot**2/2\nsolve: {stop: 1}\n"

@@ -55,7 +55,7 @@ def test_the_samples_are_those_of_the_plain_run_and_each_has_an_error(
         assert before.attrs["h_drift"] == after.attrs["h_drift"]
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_same_command_gives_the_same_bytes_where_the_target_is_missed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     contents = []
@@ -93,6 +93,7 @@ STAYS = (
 TOP = "coordinates: {th: {initial: pi}}\nlagrangian: th_dot**2/2 + 9.81*cos(th)\n"
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("system", "options", "line"),
     [

@@ -86,7 +86,7 @@ def test_it_is_streamed_to_standard_output():
     assert os.listdir() == []
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_reader_that_hangs_up_ends_an_endless_stream_quietly():
     command = [sys.executable, "-m", "lagrange_cli", "solve", PENDULUM, "--stop", "1e9", "--step", "0.1",
                "-o", "-", "--format", "csv"]  # fmt: skip
@@ -130,7 +130,7 @@ def test_it_is_kept_replaced_and_whole_as_any_output(capsys, monkeypatch):
     assert sorted(os.listdir()) == ["cut.csv", "run.csv"]
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_full_disk_is_one_clear_error_and_leaves_nothing():
     run = lagrange_process(
         "solve", PENDULUM, "--samples", "100000", "-o", "run.csv", cwd=os.getcwd(),

@@ -135,7 +135,7 @@ def series(file: h5py.File) -> Iterator[h5py.Dataset]:
     return (one for one in found if one.name != "/checkpoint")
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("text", "ending"),
     [

@@ -88,7 +88,7 @@ def whole(folder, *arguments: str) -> bytes:
     return content
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_crossings_are_in_groups_of_their_events(folder, capsys):
     assert solve("table.yaml", *ASKED, "--outputs", "h", "--json") == 0
     said = json.loads(capsys.readouterr().out)["events"]
@@ -114,7 +114,7 @@ def test_crossings_are_in_groups_of_their_events(folder, capsys):
         }  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_what_happened_is_said_with_the_result(folder, capsys):
     assert solve("rest.yaml", *ASKED) == 0
     out, error = capsys.readouterr()
@@ -171,7 +171,7 @@ def test_a_run_that_is_interrupted_all_the_time_comes_to_the_same_bytes(
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 def test_an_interrupted_run_holds_the_crossings_so_far(folder, monkeypatch):
     monkeypatch.setattr(solving, "Interrupts", Nervous)
     monkeypatch.setattr(Nervous, "patience", 30)
@@ -197,7 +197,7 @@ def test_a_run_that_was_killed_goes_on_to_the_same_bytes(folder, more):
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_run_to_a_later_time_goes_on_to_the_same_bytes(folder):
     later = ("--stop", "31.5")
     expected = whole(folder, "table.yaml", *ASKED, *later)
@@ -212,7 +212,7 @@ SWEPT = (
 )  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_sweep_holds_the_crossings_of_each_member(folder, capsys):
     assert main([*SWEPT]) == 0
     out, error = capsys.readouterr()
@@ -259,7 +259,7 @@ def test_a_sweep_that_is_interrupted_all_the_time_comes_to_the_same_bytes(
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_sweep_that_was_killed_goes_on_to_the_same_bytes(folder):
     assert main([*SWEPT]) == 0
     expected = (folder / "out.h5").read_bytes()
@@ -269,7 +269,7 @@ def test_a_sweep_that_was_killed_goes_on_to_the_same_bytes(folder):
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_sweep_with_more_crossings_than_memory_is_refused(folder, monkeypatch, capsys):
     monkeypatch.setattr(ensembles, "MOST_CROSSINGS", 10_000)
     assert main([*SWEPT]) == 2

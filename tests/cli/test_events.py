@@ -22,7 +22,7 @@ solve: {stop: 30, outputs: [q, v, h, ledger]}
 """
 
 
-@pytest.mark.exhaustive(keep=0.85)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("sampled", [True, False])
 def test_members_of_a_sweep_are_what_they_are_alone(sampled, tmp_path):
     (tmp_path / "spring.yaml").write_text(SPRING)
@@ -53,7 +53,7 @@ events: {rising: x_dot, loses: {when: x, action: {set: {load: load - lost}}}}
 """
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_motion_ends_before_an_event_that_leaves_no_mass(precision, tmp_path):
     said = "a mass is no longer greater than 0 at t = {}, where "

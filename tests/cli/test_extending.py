@@ -109,7 +109,7 @@ def test_samples_stay_as_far_apart_as_they_are(capsys):
     assert content() == before
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_run_that_was_interrupted_goes_on_to_another_end(interrupted_after):  # noqa: F811
     run = (DOUBLE, "--step", "0.01")
     expected = at_once(*run, "--stop", "1500")

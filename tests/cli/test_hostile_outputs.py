@@ -259,7 +259,7 @@ def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, caps
     assert os.path.exists("pipe")
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("name", ["out.h5", ".out.h5.checkpoint", ".out.h5.part", ".out.h5.1.part"])
 @pytest.mark.parametrize("kind", ["pipe", "link", "loop", "folder", "sparse", "device"])
 def test_what_is_no_plain_file_of_ours_is_not_read(folder, outputs, name, kind, unopened, capsys):

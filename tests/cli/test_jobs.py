@@ -24,7 +24,7 @@ NAMES = ("double_pendulum", "pendulum", "harmonic_oscillator")
 """The first one takes longest."""
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_what_is_said_and_written_is_that_of_one_after_the_other(tmp_path):
     (tmp_path / "wrong.yaml").write_text("coordinates: [x]\n")
     systems = [*(SYSTEMS / f"{name}.yaml" for name in NAMES), "wrong.yaml", "nosuch.yaml", "-"]
@@ -45,7 +45,7 @@ def test_what_is_said_and_written_is_that_of_one_after_the_other(tmp_path):
         assert one.read_bytes() == other.read_bytes()
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.3)
 def test_the_summaries_stay_in_their_order_where_processes_begin_anew(tmp_path):
     """On Windows and macOS a process is not copied: what it is given is pickled."""
     program = (
@@ -122,6 +122,7 @@ def test_an_interrupt_that_cuts_all_short_is_told_of_once(tmp_path, capfd):
     assert capfd.readouterr() == ("", f"{INTERRUPTION}\n")
 
 
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.skipif(sys.platform != "linux", reason="/proc tells which process is the child")
 def test_a_process_that_is_killed_is_told_of(tmp_path):
     slow = ["--stop", "1e7", "--step", "100"]

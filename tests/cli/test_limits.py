@@ -113,7 +113,7 @@ def with_limits(monkeypatch, limits):
     monkeypatch.setenv("LAGRANGE_LIMITS", limits)
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_limits_move(tmp_path, monkeypatch):
     (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\nobservables:\n  w[i in range(N)]: i*x\n")
     with_limits(monkeypatch, "members=19")
@@ -122,7 +122,7 @@ def test_limits_move(tmp_path, monkeypatch):
     assert lagrange_process("check", "family.yaml", cwd=tmp_path).returncode == 0
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "limits", ["members", "members=x", "member=1", "seconds=-1", "bytes=nan", "memory=1"]
 )
@@ -147,7 +147,7 @@ def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
         assert file.attrs["status"] == "interrupted"
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
     with_limits(monkeypatch, "seconds=1")
     run = lagrange_process("equations", SYSTEMS / "bicycle.yaml", cwd=tmp_path)
@@ -184,7 +184,7 @@ def table_runs(tmp_path_factory):
         return limited_each(tmp_path_factory.mktemp("tables"), files, sweep)
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("name", TABLES)
 def test_a_table_from_elsewhere(table_runs, name):
     ((run, folder),) = table_runs[name]
@@ -254,7 +254,7 @@ def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands,
         assert "'check' and 'solve' may work nevertheless" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path, monkeypatch):
     """Here with a fraction of the work that is usually allowed. All of them are coupled."""
     with_limits(monkeypatch, "work=500000")

@@ -17,6 +17,7 @@ from lagrange_cli.run import shipped
 from tests.support.command import SYSTEMS, environment, lagrange
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_the_process_ends_at_once_but_not_before_what_was_asked_for_at_its_end(tmp_path):
     script = (
         "import atexit, sys; atexit.register(print, 'last words', flush=True)\n"
@@ -78,7 +79,7 @@ def test_a_file_without_a_command(tmp_path):
     assert "there is no command 'a.yaml'; a file follows its command, as in lagrange solve" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_the_name_of_a_file_need_not_be_text(tmp_path):
     """It is written as it is; where file systems take text only, with a letter beyond ASCII."""
     text = (SYSTEMS / "pendulum.yaml").read_text().replace("name: pendulum\n", "")
@@ -226,7 +227,7 @@ def test_json_knows_no_infinities(capsys):
     assert out.count("\n") == 1
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("arguments", [["systems"], ["--help"], ["check", str(SYSTEMS / "pendulum.yaml")]])
 def test_a_reader_that_hangs_up_is_no_error(arguments, tmp_path):
     reader, writer = os.pipe()
@@ -259,7 +260,7 @@ def test_standard_output_on_a_full_disk(arguments, what):
     assert run.stderr == f"Error: {what} could not be written: No space left on device\n"
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_standard_output_in_an_encoding_that_lacks_a_letter(tmp_path):
     run = subprocess.run(
         [

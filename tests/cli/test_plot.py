@@ -12,7 +12,7 @@ from tests.cli.test_endings import Impatient
 from tests.support.command import SYSTEMS, working_in
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_system_is_solved_and_drawn(tmp_path, capsys):
     system = str(SYSTEMS / "pendulum.yaml")
     with working_in(tmp_path):
@@ -25,6 +25,7 @@ def test_a_system_is_solved_and_drawn(tmp_path, capsys):
         assert [path.name for path in tmp_path.iterdir()] == ["pendulum.png"]
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     ("sampling", "options", "count"),
     [
@@ -69,7 +70,7 @@ def test_outputs_of_different_systems_share_what_both_have(tmp_path, monkeypatch
     assert curves == {"$x$": ["a", "b"], "$z$": ["a"], "$y$": ["b"]}
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
     shown = []
     monkeypatch.setattr(plot, "Progress", lambda *given, quiet: shown.append((*given, quiet)) or Silence())
@@ -114,7 +115,7 @@ solve: {stop: 2, samples: 3}
 """
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("command", [("plot", "-o", "a.png"), ("animate", "-o", "a.gif", "--speed", "10")])
 def test_what_solve_says_of_a_motion_is_said_beside_its_picture(tmp_path, capsys, command):
     """What was found and left out at the start, and values that are not finite."""
@@ -155,6 +156,7 @@ def test_a_package_that_is_missing_is_named(tmp_path, capsys, monkeypatch):
     assert "pip install" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("command", ["plot", "animate"])
 def test_ctrl_c_in_the_motion_ends_the_command_without_a_picture(tmp_path, monkeypatch, capsys, command):
     """It had to be pressed twice: the first one drew the motion so far, which took seconds."""

@@ -116,6 +116,7 @@ def test_numbers_of_expressions_are_rounded_once():
     assert residual.residual[0].data[0] == power
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_run_that_is_kept_compiled_is_that_of_its_kind(tmp_path):
     """A portable program is not taken for a plain one, nor the other way."""
     run = ["solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "3"]

@@ -248,7 +248,7 @@ def followed_members(monkeypatch) -> list[int]:
     return counts
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_sweep_that_was_killed_is_kept_and_goes_on(folder, capsys):
     sweep = ("sweep", DOUBLE, "--over", "theta1=0:2:801", "--stop", "40", "-o", "out.h5")
     expected = whole(folder, *sweep)
@@ -269,7 +269,7 @@ def test_a_sweep_that_was_killed_is_kept_and_goes_on(folder, capsys):
 PARTS = {f".double_pendulum.h5.{name}" for name in ("part", "1.part", "checkpoint", "lock", "checkpoint.new")}
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_checkpoints_change_no_byte_and_leave_nothing(folder):
     assert whole(folder, *RUN) == whole(folder, *RUN, "--checkpoint", "0")
     assert whole(folder, *RUN) == whole(folder, *RUN, "--checkpoint-count", "1")
@@ -306,7 +306,7 @@ def test_a_short_run_writes_no_checkpoint(folder, monkeypatch):
     assert solve(str(SYSTEMS / "pendulum.yaml")) == 0
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_run_that_was_killed_is_kept_and_goes_on(folder, capfd):
     expected = whole(folder, *LONG)
     assert killed(folder, *LONG) == LEFT
@@ -319,7 +319,7 @@ def test_a_run_that_was_killed_is_kept_and_goes_on(folder, capfd):
     assert os.listdir(folder) == ["out.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_force_starts_anew(folder, capsys):
     assert killed(folder, *LONG) == LEFT
     assert solve(*RUN, "--force", "--json") == 0
@@ -327,7 +327,7 @@ def test_force_starts_anew(folder, capsys):
     assert os.listdir(folder) == ["out.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_an_output_that_was_to_be_replaced_stays_until_the_end_and_is_replaced(folder):
     expected = whole(folder, *LONG)
     (folder / "out.h5").write_text("another's")
@@ -406,6 +406,7 @@ def test_where_there_is_nothing_to_resume_the_run_starts(folder, capsys):
     assert "nothing to resume; the run starts at the beginning" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_scipys_methods_start_again_and_say_so(folder, interrupted_after, capsys):
     run = (DOUBLE, "--method", "LSODA", "--stop", "5", "-o", "out.h5")
     expected = whole(folder, *run)
@@ -513,7 +514,7 @@ def test_two_processes_do_not_write_the_same_output(folder, capsys):
     assert solve(*RUN) == 0
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_full_disk_keeps_what_the_last_checkpoint_has(folder):
     expected = whole(folder, *LONG)
     limit = len(expected) * 2 // 3
@@ -530,7 +531,7 @@ def test_a_full_disk_keeps_what_the_last_checkpoint_has(folder):
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_folder_that_goes_away_is_one_clear_error(tmp_path, monkeypatch, capsys):
     folder, keep = tmp_path / "folder", Output.keep
     folder.mkdir()

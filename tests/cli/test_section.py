@@ -56,7 +56,7 @@ def spring(tmp_path) -> Path:
     return path
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_one_motion_has_a_file_like_that_of_solve(tmp_path):
     run = lagrange_process("section", HENON, "--where", "x", "--crossings", "7", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
@@ -105,6 +105,7 @@ potential: k*x**2/2
 """
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("unit", "where", "said"),
     [
@@ -159,6 +160,7 @@ def test_the_same_section_has_the_same_bytes_whatever_the_jobs(tmp_path):
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_the_same_section_has_the_same_bytes_however_fast_the_machine(tmp_path, monkeypatch):
     """Compiled code returns when some time has passed; where a motion ends must not depend on that."""
     run = (SYSTEMS / "spherical_pendulum.yaml", "--where", "theta_dot", "--crossings", "20")
@@ -168,7 +170,7 @@ def test_the_same_section_has_the_same_bytes_however_fast_the_machine(tmp_path, 
     assert (tmp_path / "1e-09.h5").read_bytes() == (tmp_path / "1.0.h5").read_bytes()
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "patience=100")
     told = section(spring, "--where", "x - 2", "--outputs", "q", cwd=tmp_path, status=4)
@@ -210,7 +212,7 @@ FOLLOWED_ALONE = {
 """Surfaces for which motions are not followed in lanes, and their rising zeros on sin(t), in units of pi."""
 
 
-@pytest.mark.exhaustive(keep=0.85)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("case", FOLLOWED_ALONE)
 def test_surfaces_that_lanes_cannot_have(case, tmp_path, spring):
     where, expected = FOLLOWED_ALONE[case]
@@ -227,6 +229,7 @@ def test_surfaces_that_lanes_cannot_have(case, tmp_path, spring):
         assert np.abs(file["t"][()] / math.pi / [-1 / 6, -7 / 6] - 1).max() < 1e-13
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_systems_with_events(tmp_path):
     ball = SYSTEMS / "bouncing_ball.yaml"
     options = ("--where", "y - 1/2", "--direction", "either", "--stop", "3", "--crossings", "9")
@@ -311,6 +314,7 @@ def long(file: h5py.File, path: str) -> list[mpmath.mpf]:
     return [mpmath.mpf(float(x)) + float(rest) for x, rest in zip(file[path], file[f"low/{path}"])]
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_crossings_with_31_digits(tmp_path):
     """x = A sin(w t + b) with w = 1/3: numbers as they are written, and times with their low parts."""
     text = SPRING.replace("value: 1.0", "value: 1/3").replace("initial: 0.0", "initial: 0.1")
@@ -367,6 +371,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.exhaustive(keep=18)
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_refused(case, tmp_path, spring):
     arguments, message = REFUSED[case]
@@ -376,7 +381,7 @@ def test_what_is_refused(case, tmp_path, spring):
     assert os.listdir(tmp_path) == ["spring.yaml"]
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.2)
 def test_names_of_families_particles_and_definitions(tmp_path):
     chain = tmp_path / "chain.yaml"
     chain.write_text(
@@ -399,7 +404,7 @@ def test_names_of_families_particles_and_definitions(tmp_path):
     assert run.returncode == 2 and "missing index on the family 'u'" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_table_without_crossings_has_its_first_line_only(tmp_path):
     run = lagrange("section", str(HENON), "--where", "x - 9", "--stop", "1", "-o", "none.csv", cwd=tmp_path)
     assert run.returncode == 0 and "0 crossings; the motion reached the stop time" in run.stdout, run.stderr

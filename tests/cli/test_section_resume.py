@@ -92,7 +92,7 @@ def test_a_motion_goes_on_with_the_same_bits_however_often_it_is_interrupted(
     assert contents(tmp_path / "cut.h5", found) == contents(tmp_path / "whole.h5", found)
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_lane_that_was_interrupted_and_does_not_bring_its_motion_to_the_end(tmp_path, monkeypatch, capsys):
     """The motion is then followed by itself, from its start, whatever was kept of the lane."""
     asked = ["section", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--every", "2*pi/Omega"]
@@ -123,6 +123,7 @@ def test_a_lane_that_was_interrupted_and_does_not_bring_its_motion_to_the_end(tm
     assert (tmp_path / "cut.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_of_many_motions_those_that_have_ended_are_not_followed_again(tmp_path, monkeypatch, capsys):
     class Later(Interrupts):
         def __enter__(self) -> Interrupts:
@@ -179,7 +180,7 @@ DAMAGED = {
 }  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_motion_that_was_killed_is_neither_lost_nor_mistaken(tmp_path):
     (tmp_path / "a.yaml").write_text(HENON)
     asked = ("section", "a.yaml", "--where", "x", "-o", "a.h5")
@@ -201,6 +202,7 @@ def test_a_motion_that_was_killed_is_neither_lost_nor_mistaken(tmp_path):
         assert refused.returncode == 5 and "damaged" in refused.stderr and "Traceback" not in refused.stderr
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_the_crossings_of_one_motion_as_a_table(tmp_path):
     (tmp_path / "a.yaml").write_text(HENON)
     asked = ("section", "a.yaml", "--where", "x", "--crossings", "5")

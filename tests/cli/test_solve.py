@@ -91,7 +91,7 @@ def test_the_json_object_says_what_the_file_says(tmp_path):
         assert np.abs(p - p[0]).max() <= answer["p_drift"]["theta"] * (1 + 1e-12)
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_the_final_state_is_that_of_the_last_sample(tmp_path):
     answer = solve_json(SYSTEMS / "n_pendulum.yaml", "--stop", "1", "--outputs", "q,v", cwd=tmp_path)
     with h5py.File(tmp_path / "n_pendulum.h5") as file:
@@ -108,7 +108,7 @@ def test_the_final_state_is_that_of_the_last_sample(tmp_path):
     assert f"theta_dot[1] = {answer['final']['v']['theta[1]']:.6g} (and 3 more coordinates)" in line
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_what_is_conserved_without_a_cyclic_coordinate(tmp_path):
     """It is written, its drift is reported, and check tells the same names."""
     system = SYSTEMS / "figure_eight.yaml"
@@ -126,6 +126,7 @@ def test_what_is_conserved_without_a_cyclic_coordinate(tmp_path):
     assert run.returncode == 0 and ", L_z " in run.stdout
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_reactions_are_refused_where_the_force_is_not_known(tmp_path):
     """Unless they are only among all."""
     system = tmp_path / "a.yaml"
@@ -167,6 +168,7 @@ def test_only_what_is_asked_for_is_written(tmp_path):
         assert set(datasets(file)) - {"x", "xy", "xyz"} == {"t", "diagnostics/T", "positions/bob"}
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     ("options", "times"),
     [
@@ -191,7 +193,7 @@ def test_set_changes_parameters_and_the_initial_state(tmp_path):
         assert (file["q/theta"][0], file["v/theta"][0]) == (math.pi / 6, 0.5)
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 def test_the_same_run_gives_the_same_bytes(tmp_path):
     for name in ("first", "second"):
         (tmp_path / name).mkdir()
@@ -320,6 +322,7 @@ BAD = {
 }
 
 
+@pytest.mark.exhaustive(keep=33)
 @pytest.mark.parametrize(("arguments", "status", "message"), BAD.values(), ids=BAD)
 def test_bad_input_gives_one_clear_message_and_leaves_nothing(tmp_path, arguments, status, message):
     (tmp_path / "pendulum.yaml").write_text(PENDULUM.read_text(encoding="utf-8"))
@@ -342,6 +345,7 @@ def test_no_permission_to_write_is_said_before_any_work(tmp_path, monkeypatch, c
     assert "no permission to write" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path):
     run = lagrange_process(
         "solve",
@@ -356,6 +360,7 @@ def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_a_reader_that_hangs_up_does_not_disturb_the_work(tmp_path):
     reader, writer = os.pipe()
     os.close(reader)
@@ -421,7 +426,7 @@ def test_a_motion_that_cannot_be_continued_is_kept_with_status_4(tmp_path):
         assert np.isfinite(file["q/r"]).all()
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])
 def test_scipys_methods_write_the_same_motion(tmp_path, method):
     solve_json(PENDULUM, "--stop", "2", "--samples", "11", cwd=tmp_path)
@@ -441,6 +446,7 @@ solve: {stop: 2, samples: 9}
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("outputs", ["q,v,p,h", "h"])
 def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs):
     """DOP853 runs across the step without meeting it; where momenta are not computed there is no size."""
@@ -466,6 +472,7 @@ def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, poten
         assert (f"{method} does not detect narrow forces" in run.stderr) is warned
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("method", "warned"), [("LSODA", True), ("DOP853", False), ("taylor", False)])
 def test_methods_that_do_not_find_the_zeros_of_switches_say_so(tmp_path, method, warned):
     text = "coordinates: {x: {initial: 1, velocity: 1}}\nlagrangian: x_dot**2/2 - abs(x)\n"
@@ -475,6 +482,7 @@ def test_methods_that_do_not_find_the_zeros_of_switches_say_so(tmp_path, method,
     assert (f"{method} does not locate the instants at which abs" in run.stderr) is warned
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_method_under_which_friction_chatters_comes_to_an_end(tmp_path):
     text = "coordinates: {x: {initial: 0, velocity: 1}}\nlagrangian: x_dot**2/2\n"
     (tmp_path / "a.yaml").write_text(text + "generalized_forces: {x: -0.3*sign(x_dot)}\n")
@@ -483,7 +491,7 @@ def test_a_method_under_which_friction_chatters_comes_to_an_end(tmp_path):
     assert "its steps become too short" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_steps_are_proven_where_it_is_asked_for(tmp_path):
     """A proven step is no longer than its enclosure allows."""
     (tmp_path / "a.yaml").write_text(

@@ -38,7 +38,7 @@ def sweep_json(*arguments: str | Path, cwd: Path, status: int = 0) -> dict:
     return json.loads(run.stdout)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_grid_from_the_command_to_the_file(tmp_path):
     grid = ("--over", "omega=0:10:5", "--over", "theta=-1,0.5")
     run = lagrange_process("sweep", HOOP, *grid, cwd=tmp_path)
@@ -165,7 +165,7 @@ def test_xarray_reads_members_times_and_families(tmp_path):
 GRID = [HOOP, "--over", "omega=4:5:11", "--over", "theta=0:1:5", "--stop", "1", "--samples", "3"]
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 def test_what_is_swept_are_the_dimensions(tmp_path):
     sweep_json(*GRID, "--outputs", "q", "-o", "all.h5", cwd=tmp_path)
     with xarray.open_dataset(tmp_path / "all.h5", group="q", engine="h5netcdf") as q:
@@ -208,6 +208,7 @@ def test_a_dimension_has_a_name_of_its_own(tmp_path):
         assert q.x.sel(q_=2, x_0=3, x_dot_0=0, member=1, message_=2).member_ == 24 + 16 + 1
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("options", "dimensions"),
     [
@@ -267,6 +268,7 @@ def test_the_bytes_depend_on_nothing_but_the_ensemble(tmp_path, outputs):
     assert content.count(content[0]) == 4
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_members_that_cannot_be_followed_are_kept_and_named(tmp_path):
     (tmp_path / "fall.yaml").write_text(FALL)
     options = ["fall.yaml", "--over", "r_dot=2,0,1.5,-1"]
@@ -393,6 +395,7 @@ def test_system_and_table_from_standard_input(tmp_path):
     assert run.returncode == 2 and "cannot both come from standard input" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_full_disk_is_one_clear_message(tmp_path):
     run = lagrange_process(
         "sweep", HOOP, "--over", "theta=0:1:2000", "--outputs", "q", "--stop", "1", cwd=tmp_path,
@@ -426,6 +429,7 @@ def test_memory_does_not_grow_with_members_times_samples(tmp_path):
     assert many - few < size / 10
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["DOP853", "LSODA"])
 def test_scipys_methods_follow_members_too(tmp_path, method):
     options = ["--over", "theta=0.5,1", "--stop", "2"]

@@ -70,7 +70,7 @@ def test_the_hint_leads_to_what_was_meant(tmp_path, old, new, message, hint):
     assert any(message in one.partition(" | ")[0] and hint in one.partition(" | ")[2] for one in found), found
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 @examples(20)
 @given(st.lists(st.sampled_from(LETTERS), min_size=2, max_size=5, unique=True))
 def test_any_product_without_operators_is_taken_apart(tmp_path_factory, factors):
@@ -81,6 +81,7 @@ def test_any_product_without_operators_is_taken_apart(tmp_path_factory, factors)
     assert found == [f"unknown name '{written}' in potential | write {'*'.join(factors)}"]
 
 
+@pytest.mark.exhaustive(keep=13)
 @pytest.mark.parametrize("row", OUTPUTS.values(), ids=OUTPUTS)
 def test_other_words_for_an_output_lead_to_its_name(tmp_path, row):
     for word in row.also.split():

@@ -36,6 +36,7 @@ def attributes(path) -> dict[str, tuple[str | None, str | None]]:
     return found
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_every_dataset_of_a_run_has_its_unit(tmp_path):
     run = lagrange("solve", SYSTEMS / "pendulum.yaml", "--outputs", "all", "--certify", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
@@ -74,7 +75,7 @@ def test_every_dataset_of_a_sweep_has_its_unit(tmp_path):
     assert all(found[name] == (None, None) for name in ("status", "message", "steps", "member"))
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_xarray_reads_times_as_numbers(tmp_path):
     """It would make durations of ``days`` and ``hours``."""
     (tmp_path / "slow.yaml").write_text(SLOW)
@@ -101,7 +102,7 @@ def test_a_unit_that_is_a_text_is_no_date_to_xarray(tmp_path, text):
         assert data.t.dtype == data.x.dtype == "f8"
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_file_without_units_looks_for_none(tmp_path):
     (tmp_path / "a.yaml").write_text("coordinates: {x: {initial: 1}}\nmasses: {a: 1}\nembedding: {a: [x]}\n")
     script = "import sys; from lagrange_cli.cli.main import main; "

@@ -63,6 +63,7 @@ def test_a_motion_without_an_end_lasts_for_a_while(tmp_path):
     )
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_a_page_that_replays_tells_if_the_motion_was_not_computed_to_its_end(monkeypatch):
     text = (SYSTEMS / "pendulum.yaml").read_bytes()
     motion = read_shown(text, "pendulum.yaml", Request(times={"stop": "-60"}))
@@ -126,7 +127,7 @@ def test_an_output_is_replayed(tmp_path):
     assert {one["name"]: one["value"] for one in data["parameters"]}["l"] == 2
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_sweep_has_its_members_on_the_page(tmp_path):
     sweep = "sweep", SYSTEMS / "pendulum.yaml", "--over", "theta=0.5:1.5:3", "--over", "l=1:2:2"
     assert lagrange(*sweep, "-o", "s.h5", cwd=tmp_path).returncode == 0

@@ -85,7 +85,7 @@ def spots(drawing: Drawing, places: np.ndarray) -> list[tuple[float, ...]]:
     return sorted(tuple(places[one.point].ravel().round(9)) for one in drawing.pivots)
 
 
-@pytest.mark.exhaustive(keep=18)
+@pytest.mark.exhaustive(keep=12)
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("size", [2, 7])
 def test_both_ways_draw_the_same(name, size):

@@ -50,7 +50,7 @@ def test_what_is_not_given_stays_as_it_is_found():
     assert found.rods == coloured.rods and found.curves == coloured.curves and found.trails == coloured.trails
 
 
-@pytest.mark.exhaustive(keep=10)
+@pytest.mark.exhaustive(keep=7)
 @pytest.mark.parametrize(
     "rods, expected",
     [
@@ -204,7 +204,7 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=24)
+@pytest.mark.exhaustive(keep=16)
 @pytest.mark.parametrize("section, piece, message, hint", WRONG)
 def test_a_mistake_is_shown_at_its_place(section, piece, message, hint, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "members=100")
@@ -229,7 +229,7 @@ def test_a_colour_is_a_colour_and_nothing_else():
         assert not is_colour(text)
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 def test_check_and_view_show_numbers_that_make_no_sense(tmp_path, capsys):
     file = tmp_path / "chain.yaml"
     file.write_text(f"{CHAIN}  sliders: {{k: [2, 1]}}\n")
@@ -252,7 +252,7 @@ def test_places_may_be_definitions_of_particles():
         assert underlined(caught.value.problems[0]) in speed
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_drawing_that_is_too_large_is_left_out_of_a_page():
     system = "coordinates: {x: {initial: 0}}\nmasses: {a: 1}\npositions: {a: [x, 0]}\nsolve: {stop: 0.01}\n"
     rods = "draw: {rods: ['((i, x), (i + 1, 0)) for i in range(4000)']}\n"

@@ -81,6 +81,7 @@ def sum_of(text: str, condition: str = "") -> Sum:
     return tree
 
 
+@pytest.mark.exhaustive(keep=0.65)
 @given(WHOLE, COMPARED)
 @examples(100)
 def test_arrays_of_whole_numbers_are_those_of_each_member(text: str, compared: str) -> None:

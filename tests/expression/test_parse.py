@@ -211,6 +211,7 @@ REFUSED = [
 ]
 
 
+@pytest.mark.exhaustive(keep=87)
 @pytest.mark.parametrize(
     ("text", "start", "stop", "message", "hint"), REFUSED, ids=[ascii(text[:30]) for text, *_ in REFUSED]
 )
@@ -331,7 +332,7 @@ def test_the_bounds_themselves_are_accepted() -> None:
     assert parse("x**(a + 1000)")
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_our_own_text_is_read_however_long_it_is() -> None:
     """Only nesting takes stack, and that is bounded."""
     assert evaluate(read_printed("1" + " + 2*1" * WRITTEN.length)) == 2 * WRITTEN.length + 1
@@ -478,7 +479,7 @@ TREES: st.SearchStrategy[Tree] = st.recursive(
 )
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 @given(TREES)
 @settings(deadline=None)
 def test_what_is_written_is_read_back(tree: Tree) -> None:

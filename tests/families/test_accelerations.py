@@ -65,7 +65,7 @@ def test_accelerations_are_those_of_the_compiled_code(make, seed: int) -> None:
     assert found is not None and np.allclose(found, expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
 
 
-@pytest.mark.exhaustive(keep=5)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("count", [3, 40])
 @pytest.mark.parametrize(("potential", "constraints", "where", "expected"), SURFACES)
 def test_surfaces_that_motions_keep_to_are_found(
@@ -76,7 +76,7 @@ def test_surfaces_that_motions_keep_to_are_found(
     assert system is not None and may_be_conserved(system) is expected
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_sections_of_chains_where_they_are_at_rest_are_those_of_the_members(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

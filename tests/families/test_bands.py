@@ -22,7 +22,7 @@ PAIRS = "for i in range(N) for j in range(N) if"
 OUTPUTS = frozenset({"q", "v", "h"})
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize(
     ("potential", "more"),
     [

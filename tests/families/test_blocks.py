@@ -124,6 +124,7 @@ def test_chains_of_joints_have_no_blocks(monkeypatch: pytest.MonkeyPatch) -> Non
     assert found == []
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_only_coordinates_and_velocities_keep_all_orders(monkeypatch: pytest.MonkeyPatch) -> None:
     """The memory of other series does not grow with the number of members."""
     monkeypatch.setattr(tiling, "MANY", 0)

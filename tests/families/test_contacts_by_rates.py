@@ -41,7 +41,7 @@ def test_members_rest_by_themselves(
     compare(text, 3.1, method, monkeypatch)
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.45)
 @BY_RATES
 @pytest.mark.parametrize(("e", "count"), [("0.3847 + 0.1126*cos(0.786*i)", 5), ("0.4 + 0.1*cos(i)", 8)])
 def test_what_bounces_stays_above_the_floor(
@@ -92,7 +92,7 @@ events:
 """
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_what_falls_with_drag_comes_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     """v dv/dy = -g + c v^2 gives the speed at the first impact, v^2 = g/c (1 - exp(-2 c y)), at the time
     artanh(v sqrt(c/g))/sqrt(c g)."""

@@ -53,7 +53,7 @@ def parameters(spec: Spec) -> dict[str, float]:
     return {**resolve_values(spec, {}).parameters}
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @examples(12)
 @given(
     st.lists(st.sampled_from(ALONE), max_size=2),

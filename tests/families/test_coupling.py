@@ -50,7 +50,7 @@ def test_tables_and_expressions_say_the_same(text: str, reach: int) -> None:
     assert sorted(one.places or range(one.band.size)) == list(range(one.band.size))
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("text", [RING, DRIVEN], ids=["ring", "driven"])
 def test_families_move_as_their_members_do(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where coordinates are in another order than the rows of the matrices, too."""

@@ -39,7 +39,7 @@ def test_it_is_that_of_the_members(count: int) -> None:
     assert found == pytest.approx(math.fsum(total) + x[0], rel=1e-13, abs=1e-13)
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_large_system_without_a_value_is_refused_at_its_place_and_one_with_a_value_is_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -50,7 +50,7 @@ ON = {
 SOME = ["i in range(N) if kind[i] == 1", "i in range(1, N, 2)", "i in range(3, N) if i % 2 == 0"]
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("some", SOME)
 @pytest.mark.parametrize("on", ON)
 def test_what_acts_on_some_members_acts_on_them_alone(

@@ -83,7 +83,7 @@ def test_friction_in_steps_on_rates(
     compare(blocks(count, CASES[case]), monkeypatch, stop=3.9, method=method)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.6)
 @BY_RATES
 def test_what_is_let_go_from_rest_does_not_stop_again(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Springs that are drawn let one block after the other go, whose velocity rises from 0 as t^2."""
@@ -130,7 +130,7 @@ def test_ledgers_where_the_force_that_holds_a_block_cancels_all_others(method: s
         assert np.all(np.abs(motion[path]) <= 1e-14)
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_a_block_that_a_spring_pulls_sticks_and_slips(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi, where the
@@ -143,7 +143,7 @@ def test_a_block_that_a_spring_pulls_sticks_and_slips(method: str, monkeypatch: 
     assert np.allclose(motion["q/x"], expected[:, None], rtol=0.0, atol=1e-14)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each half of a swing of x'' = -x - F sign(x') ends 2 F nearer to 0, until |x| <= F."""
     keep_families(monkeypatch, whole=True)
@@ -161,6 +161,7 @@ def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> No
         assert abs(motion["v/x"][-1, i]) <= 1e-14
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_swings_about_a_place_with_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """x'' = -K sign(x) - F sign(x') with K > F: each half of a swing is (K - F)/(K + F) as far as the last
     one."""
@@ -182,7 +183,7 @@ def test_swings_about_a_place_with_friction(monkeypatch: pytest.MonkeyPatch) -> 
         assert np.allclose(motion["q/x"][:, i], expected, rtol=0.0, atol=1e-13)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("push", [-1.3, -0.7, 0.7, 1.3, 4.7, 5.3])
 def test_what_a_wall_and_friction_hold_together(push: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wall that pushes by 4 beyond x = 1 holds a block there up to 4 + F in one direction, and F in the
@@ -196,7 +197,7 @@ def test_what_a_wall_and_friction_hold_together(push: float, monkeypatch: pytest
     assert np.allclose(found, 1.0 + moves * 0.5**2 / 2.0, rtol=0.0, atol=1e-15)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """All begin at rest; springs pull every third one too much."""
     keep_families(monkeypatch, whole=True)
@@ -215,6 +216,7 @@ def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.Monkey
     assert series(200) == series(50) <= 16
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_modes_that_were_tried_have_their_series_no_more_than_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Asked for again with the state and the modes as they were before, or as they were tried before that, a
     series is not computed again."""
@@ -234,7 +236,7 @@ def test_modes_that_were_tried_have_their_series_no_more_than_once(monkeypatch: 
     assert len({memory for memory, _ in asked}) == made < 0.6 * len(asked)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_walls_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a wall sends back slides at once."""
     wall = """
@@ -244,6 +246,7 @@ events:
     compare(blocks(3, CASES["blocks that are driven"]) + wall, monkeypatch, stop=2.5)
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_friction_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
     """Half a swing ends 2 F nearer to 0."""
     keep_families(monkeypatch, whole=True)

@@ -77,7 +77,7 @@ def followed(prepared: Prepared, text: str, stop: float = 1.0) -> Mapping[str, N
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.6)
 @BY_METHODS
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
@@ -112,7 +112,7 @@ BACKWARD = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @BY_METHODS
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", BACKWARD)
@@ -131,7 +131,7 @@ def test_families_move_backward_as_their_members_do(
     alike(found, expected, CLOSE[method])
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_dataset_of_integrals_takes_no_more_text(monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)
 
@@ -154,7 +154,7 @@ potential: sum((x[i + 1] - x[i])**2/2 + (x[i + 1] - x[i])**4/4 for i in range(N 
 """
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 def test_balances_of_a_chain_at_rest_that_is_pushed_at_its_end(

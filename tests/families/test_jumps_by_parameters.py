@@ -76,7 +76,7 @@ class Draw:
 DRAWS = pytest.mark.parametrize("draw", [Draw(count, count) for count in (1, 2, 3, 8, 9)], ids=repr)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 @DRAWS
 def test_trains_with_play_and_dry_friction(draw: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(draw.text(TRAIN), monkeypatch)
@@ -89,14 +89,14 @@ def test_trains_in_steps_on_rates(draw: Draw, method: str, monkeypatch: pytest.M
     compare(draw.text(TRAIN), monkeypatch, method=method)
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 @DRAWS
 def test_cars_that_follow_one_another(draw: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
     """The root of parameters in a side is a number (Treiber, Hennecke and Helbing 2000, eq. 3)."""
     compare(draw.text(CARS), monkeypatch, stop=8.0)
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_ledgers_of_trains(monkeypatch: pytest.MonkeyPatch) -> None:
     compare(Draw(3, 7).text(TRAIN), monkeypatch, LEDGERS)
 
@@ -110,7 +110,7 @@ def test_polymers_whose_repulsion_is_cut_off_at_a_rounded_number(
     compare(Draw(count, count).text(POLYMER), monkeypatch, stop=0.4, method="ias15")
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_negative_play_holds_members_or_ends_the_motion(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where members would have to be held, the motion ends: what it has come to is that of the members."""

@@ -94,7 +94,7 @@ def written(case: str, count: int, start: str = MOVING[0], speed: str = MOVING[1
     return (HEAD + form + key).format(count=count, start=start, speed=speed, force=force)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9, 17])
 @pytest.mark.parametrize("case", CASES)
 def test_joints_rub_as_written_out(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,7 +113,7 @@ def test_joints_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) ->
     compare(written(case, 9, speed="0"), monkeypatch, stop=0.9)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 @BY_RATES
 @pytest.mark.parametrize("case", CASES)
 def test_joints_in_steps_on_rates(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,13 +129,13 @@ def test_ledgers_have_the_forces_that_hold_joints(
     ledgers_close(written(case, 9), monkeypatch, method)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("case", ["a chain", "motors", "tops"])
 def test_joints_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, LEDGERS, stop=-0.5, backward=True)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_links_that_friction_holds_do_not_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     """With all other links held, the first one is a pendulum with all masses at its end, which keeps its
     energy."""
@@ -151,7 +151,7 @@ def test_links_that_friction_holds_do_not_turn(monkeypatch: pytest.MonkeyPatch) 
     assert np.all(np.abs(h - h[0]) <= 1e-13 * abs(h[0]))
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("limit", [0.999, 1.001])
 def test_a_joint_holds_what_hangs_from_it_up_to_its_limit(
     limit: float, monkeypatch: pytest.MonkeyPatch
@@ -167,7 +167,7 @@ def test_a_joint_holds_what_hangs_from_it_up_to_its_limit(
     assert np.allclose(found[:, 0], expected, rtol=1e-5, atol=0.0)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_code_does_not_grow_with_the_joints(monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)
     counts = [len(ready(written("a chain", n)).machine.program.text.splitlines()) for n in (72, 200)]

@@ -63,6 +63,7 @@ def test_groups_of_events_are_those_of_members(count: int) -> None:
     are(found.values, [x for *_, x in expected])
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_each_event_is_looked_at_where_it_sets_something(monkeypatch: pytest.MonkeyPatch) -> None:
     """Elastic impacts are seen to keep P and h beside events that set places and parameters, even where h
     takes too long to evaluate at these."""

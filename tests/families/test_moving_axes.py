@@ -35,7 +35,7 @@ generalized_forces: {{"x[i in range(N)]": -0.1*x_dot[i]}}
 """
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("potential", POTENTIALS.values(), ids=POTENTIALS)
 @pytest.mark.parametrize("axes", AXES.values(), ids=AXES)
 def test_motions_are_those_of_the_members(
@@ -56,6 +56,7 @@ def test_motions_are_those_of_the_members(
         alike(found.data, expected.data, 1e-12, count, speed)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("fewest", [0, 10**9])
 def test_turning_axes_leave_no_trace_of_time(fewest: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A circle as seen from axes that turn with it: a particle rests, in one step, with members written out

@@ -111,7 +111,7 @@ events:
 """
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("heights", ["0.55", "0.5 + 0.001*i", "0.3 + 0.1*(i//8)"])
 def test_forces_of_contact_that_last_are_known_at_single_states(
     heights: str, monkeypatch: pytest.MonkeyPatch

@@ -70,7 +70,7 @@ def test_beads_return_from_a_wall(k: float, n: int, wall: float) -> None:
     assert motion["v/x"][-1] == pytest.approx(speed + wall, rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_beads_that_fall_from_rest_bounce() -> None:
     """They return to where they were let go: at first nothing tells that they come near the wall."""
     _, motion = followed(FALL, frozenset({"q", "v"}), 20.0, 2001, "ias15")
@@ -81,7 +81,7 @@ def test_beads_that_fall_from_rest_bounce() -> None:
     assert np.max(np.abs(motion["q/x"] - (height - (np.abs(t) - period / 2) ** 2 / 2))) < 0.5
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("name", PAIRS)
 def test_gases_move_as_with_series(name: str, seed: int) -> None:

@@ -43,7 +43,7 @@ CASES = {
 OUTPUTS = frozenset(["q", "reactions"])
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("case", CASES)
 def test_what_rests_feels_what_acts_on_it(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     place, potential, more = CASES[case]
@@ -181,7 +181,7 @@ ANY_WAY = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", ANY_WAY)
 def test_forces_of_constraint_follow_from_the_state_alone(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also beside kinks, by whichever side the last one led to, and backward in time, where drag is drag."""

@@ -67,7 +67,7 @@ def test_rounds_of_blocks(
         assert end.state.tobytes() == plain.state.tobytes(), threads
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 @pytest.mark.parametrize("count", [1, 2, 4])
 @pytest.mark.parametrize("size", [(40, 9), (41, 8), (47, 25)])
@@ -96,6 +96,7 @@ def test_what_all_members_act_on_has_no_chunks() -> None:
     assert ready(FAR, "ias15").machine.program.strips == 0
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", [SYSTEMS["chain"](3), RING])
 def test_threads_end_with_the_motion(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two steps or by an exception, as many are left as were there before."""
@@ -140,7 +141,7 @@ run()
 """
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_motion_goes_on_after_its_threads_were_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -54,7 +54,7 @@ def text(count: int, beginning: str, steps: str, more: str, seed: float) -> str:
     return PLANE.format(count=count, free=free, x=x, y=y, across=across, up=up, more=more, seed=seed)
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("beginning", BEGINNINGS)
 def test_links_move_as_with_members_written_out(
@@ -75,7 +75,7 @@ def test_links_move_as_with_members_written_out(
     alike(found.data, expected.data, 2.0**-40, given)
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_centres_and_ends_of_links_are_the_same_motion() -> None:
     """200 links: by their centres, each from the one before, and by their ends."""
     centres = text(200, "a hinge", "together", "", 0.5)

@@ -127,7 +127,7 @@ def test_families_move_as_their_members_do(
     alike(found.data, expected.data, 2.0**-43, text)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
     def counted(count: int) -> tuple[int, int]:
         text = SYSTEM.format(
@@ -248,6 +248,7 @@ potential: sum((1 + i)*g*y[i] for i in range(N))
     assert np.max(np.abs(found - (2 * np.arange(9) - 9.81 / 2))) < 1e-13
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_expressions_that_stand_alone_are_written_as_such() -> None:
     """Loops of one round save nothing: bonds that are written one by one, between members of a family, are
     compiled as those between coordinates with names of their own."""

@@ -205,7 +205,7 @@ def test_threads_end_where_a_motion_is_interrupted(monkeypatch: pytest.MonkeyPat
     assert not any(one.is_alive() for one in found)
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_singular_start_ends_alike() -> None:
     """Two bodies are at one place."""
     text = BODIES.format(40, PAIRS["below"]).replace("sin(i*i)*(1 + i)", "i//2")
@@ -218,7 +218,7 @@ def test_a_singular_start_ends_alike() -> None:
         assert end.state.tobytes() == ends[0].state.tobytes()
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_solve_takes_a_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """In Python as on the command line; it is a whole number."""
     text, found = BODIES.format(40, PAIRS["below"]), started(monkeypatch)

@@ -139,7 +139,7 @@ ITEMS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("item", ITEMS.values(), ids=ITEMS)
 def test_numbers_that_leave_no_range_are_not_drawn(item):
@@ -149,7 +149,7 @@ def test_numbers_that_leave_no_range_are_not_drawn(item):
         assert as_text(Page("huge", (panel,)), 80, colored=False)
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_long_title_has_several_lines():
     one, long = (figure_of(Page(name, PAGE.panels[:2])) for name in ("name", "a long name " * 20))
     for figure in (one, long):

@@ -36,7 +36,7 @@ def test_the_guard_sees_what_sympy_runs(text):
     assert any(one.startswith("sympy runs") for one in seen)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 @settings(
     max_examples=12, derandomize=True, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
@@ -79,7 +79,7 @@ def test_some_of_what_the_fuzzer_kept(folder, name):
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 @settings(
     max_examples=20, derandomize=True, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],

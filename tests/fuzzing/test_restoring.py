@@ -21,7 +21,7 @@ def test_a_motion_taken_to_pieces_anywhere_is_the_same_motion(kind):
         pieces += found
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_pieces_of_one_sample_and_one_step():
     """What once went wrong: the number of doubtful steps was lost at the end of a chunk of samples."""
     case = restoring.Case("driven_damped_pendulum", 60.0, 601, ("q", "v", "h", "ledger"))

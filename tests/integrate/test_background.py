@@ -91,6 +91,7 @@ def test_the_error_of_the_caller_is_not_hidden_by_one_behind():
         raise KeyError
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_the_interpreter_waits_for_work_that_nobody_has_waited_for():
     """Better code that is compiled for a run which ends before it is ready: LLVM crashed at exit."""
     script = """

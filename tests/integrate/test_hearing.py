@@ -35,7 +35,7 @@ solve: {stop: 9, samples: 99}
 """One step, of which the action takes many parts."""
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.skipif(os.name != "posix", reason="no signals")
 def test_ctrl_c_ends_a_step_of_many_parts(tmp_path):
     (tmp_path / "a.yaml").write_text(SHAKEN)
@@ -53,6 +53,7 @@ def test_ctrl_c_ends_a_step_of_many_parts(tmp_path):
     assert running.returncode == 130 and "interrupted at t = 0" in errors
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_step_that_was_left_is_taken_anew_with_the_same_bits(tmp_path, monkeypatch, precision):
     monkeypatch.chdir(tmp_path)

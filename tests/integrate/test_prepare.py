@@ -282,7 +282,7 @@ print(*sys.modules)
 """
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_run_from_the_cache_loads_neither_llvm_nor_what_derives(tmp_path):
     arguments = ["solve", str(SYSTEMS / "pendulum.yaml"), "--force", "--quiet"]
     loaded = [

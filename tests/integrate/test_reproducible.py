@@ -123,7 +123,7 @@ class Run:
         return np.concatenate(self.series[path]).tobytes()
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @given(
     system=st.sampled_from(DRAWN),
     samples=st.integers(2, 700),
@@ -155,7 +155,7 @@ def test_a_singular_configuration_is_passed_alike_wherever_the_motion_was_interr
         assert whole[path] == pieces[path], path
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 def test_impacts_in_loops_are_the_same_wherever_the_motion_was_interrupted(monkeypatch):
     monkeypatch.setattr(systems, "FEWEST", 0)
     monkeypatch.setattr(systems, "FEWEST_SWITCHED", 0)
@@ -167,7 +167,7 @@ def test_impacts_in_loops_are_the_same_wherever_the_motion_was_interrupted(monke
         assert whole[path] == pieces[path], path
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_run_is_really_taken_to_pieces():
     assert Run("double_pendulum", 100, 1).pieces > 50
 

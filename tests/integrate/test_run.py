@@ -27,7 +27,7 @@ def test_samples_do_not_change_the_steps(method):
     assert np.array_equal(coarse["q/theta1"], fine["q/theta1"][::1000])
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 @OF_STEPS
 def test_chunks_and_pauses_change_nothing(monkeypatch, method):
     asked = {"outputs": ("q", "v", "h", "ledger"), "method": method, "tolerance": FINEST[method]}
@@ -117,7 +117,7 @@ def observed(system, outputs):
     return program_of(system, tuple(outputs.split(",")))
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_only_what_is_asked_for_is_in_the_program():
     assert observed("double_pendulum", "q,v").observed == ()
     assert observed("double_pendulum", "q,v").operations["observe"] == 0

@@ -43,6 +43,7 @@ def test_a_force_that_is_tiny_almost_everywhere_is_a_force(potential, force):
     assert not residual.cyclic_momenta
 
 
+@pytest.mark.exhaustive(keep=0.7)
 @examples(30)
 @given(scale=st.floats(-1e9, 1e9).filter(lambda x: abs(x) > 1e-3), place=st.floats(-100, 100))
 def test_a_function_of_any_scale_is_not_zero(scale, place):
@@ -125,7 +126,7 @@ def test_a_root_of_what_does_not_depend_on_a_coordinate_does_not_either():
     assert {each.quantity for each in residual.conserved} == {"p_phi", "h"}
 
 
-@pytest.mark.exhaustive(keep=8)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(
     ("event", "broken"),
     [

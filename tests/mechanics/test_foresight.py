@@ -36,6 +36,7 @@ FORCES = BODIES.replace("potential:", "observables:\n  u:") + (
 )
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("text", "each"), [(BODIES, 8), (FORCES, 11)], ids=["potential", "forces"])
 def test_what_bodies_take_is_known_exactly(text, each):
     """A pair takes three squares, a power (two convolutions), and three products, or six: each way."""
@@ -66,6 +67,7 @@ def test_a_total_derivative_that_cancels_is_not_counted():
     assert least_convolutions(residual.model, ANYWAY) == 0
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_too_many_are_refused_before_anything_is_derived(monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=527")
     spec = spec_of(BODIES)

@@ -125,7 +125,7 @@ def test_accelerations_and_jacobian_are_those_without_the_reduction(system: str,
     assert np.max(np.abs(jacobians[0] - jacobians[1])) <= 1e-11 * max(1.0, np.max(np.abs(jacobians[0])))
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_the_formulations_of_the_spherical_pendulum_agree() -> None:
     forms = each_formulation("spherical_pendulum")
     assert set(forms) == {"embedding", "kinetic energy"}  # nothing is divided by sin(theta)
@@ -133,7 +133,7 @@ def test_the_formulations_of_the_spherical_pendulum_agree() -> None:
     assert np.max(np.abs(one["q/theta"] - other["q/theta"])) <= 1e-11
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_cyclic_momentum_does_not_drift() -> None:
     """Nor does the energy, as far: p is one number all the time, and the radial motion knows no other."""
     forms = each_formulation("central_force")
@@ -156,7 +156,7 @@ FREE += "lagrangian: {lagrangian}\n"
 KEPLER = "(r_dot**2 + r**2*phi_dot**2)/2 + 1/r"
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize("r, v, w", [(0, 1, 1), (0, 1, 0), (1, 0, 0), (1, -1, 1e-9)])
 def test_where_the_inertia_vanishes_it_ends_as_without_the_reduction(r: float, v: float, w: float) -> None:
     system = FREE.format(r=r, v=v, w=w, lagrangian=KEPLER)
@@ -227,7 +227,7 @@ def test_a_fast_top_near_the_vertical_is_that_of_angles_about_a_level_axis():
     assert np.abs(np.sin(theta) * np.sin(phi) - np.cos(there)).max() < 1e-12
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_cyclic_coordinate_of_constant_inertia_leaves_those_that_it_is_coupled_to():
     """A pendulum on a cart: the cart's momentum is cyclic, and every formulation gives the same motion."""
     cart = """

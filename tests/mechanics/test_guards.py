@@ -31,6 +31,7 @@ def test_a_system_without_switches_stays_as_it_is():
     assert not found.guards
 
 
+@pytest.mark.exhaustive(keep=14)
 @pytest.mark.parametrize(
     ("potential", "force", "guards", "auxiliary"),
     [

@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from tests.model.test_start import start
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("turn, off", [(0.72, -0.002), (0.72, 0.001), (0.3, -1), (1, -0.5)])
 def test_a_chain_of_heavy_middles_is_closed_however_little_opposite_turns_of_its_links_weigh(turn, off):
     """Such turns are the shortest way to first order, along which the values become larger. No nearer state

@@ -29,6 +29,7 @@ def read(text: str) -> Unit:
     return unit
 
 
+@pytest.mark.exhaustive(keep=0.75)
 @settings(deadline=None)
 @given(units(), units(), units())
 def test_units_are_a_commutative_group(a, b, c):
@@ -49,6 +50,7 @@ def test_powers_add_and_multiply(a, m, n):
         assert same(root * root, a)
 
 
+@pytest.mark.exhaustive(keep=0.75)
 @settings(deadline=None)
 @given(units())
 def test_what_is_written_is_read_again(a):

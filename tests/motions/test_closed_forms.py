@@ -153,7 +153,7 @@ def test_conical_pendulum_keeps_its_angle_and_its_rate() -> None:
     assert motion.outcome.steps < 1000
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 def test_the_taylor_method_reaches_its_tolerance() -> None:
     """Measured: the error of one Kepler orbit falls with the tolerance, about in proportion."""
     errors = []

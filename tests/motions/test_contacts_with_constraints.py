@@ -73,7 +73,7 @@ events:
 """
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("amplitude", [0.022, 0.0301])
 def test_a_rope_that_is_nearly_straight_falls_on_the_floor(amplitude):
     """Rods that are nearly along a line turn the rounding of an impulse into that of others: a state is at

@@ -29,7 +29,7 @@ WOUND = """
     """
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("potential", ["0.1*atan2(y, x)", "0.1*sin(atan2(y, x)/2)", "exp(atan2(y, x)/9)"])
 def test_a_motion_ends_where_its_energy_jumps(potential):
     motion = follow(PLANE.format(x=-1, potential=potential), 2.0, 201)
@@ -65,6 +65,7 @@ def test_whether_it_jumps_depends_on_parameters():
     assert endings == {0: Ending.COMPLETE, 1.5: Ending.CUT, 2: Ending.COMPLETE, 2.75: Ending.CUT}
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_a_constraint_that_jumps_ends_the_motion_once_around():
     motion = follow(WOUND, 6.0)
     assert motion.outcome.ending is Ending.CUT
@@ -72,6 +73,7 @@ def test_a_constraint_that_jumps_ends_the_motion_once_around():
     assert np.max(np.abs(motion["q/s"] - motion.t)) <= 1e-14
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_the_state_there_is_that_before_the_jump():
     """A bead falls along a helix: behind the cut it would be moved to another turn."""
     text = """
@@ -94,7 +96,7 @@ def test_a_method_that_steps_over_it_says_so():
     assert "cuts" not in motion.outcome.undetected
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
 def test_steps_on_rates_end_there_too(method):
     text = PLANE.format(x=-1, potential="0.1*atan2(y, x)")

@@ -35,7 +35,7 @@ def puck(
     return follow(text, 2, 21, method=method, tolerance=TOLERANCES[method])
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("method", TOLERANCES)
 def test_a_puck_slides_to_rest_along_a_straight_line(method: str) -> None:
     motion, v = puck((1.2, 0.5, -0.3), method=method), sqrt(1.2**2 + 0.5**2 + 0.3**2)
@@ -86,7 +86,7 @@ def test_ledgers_balance_while_it_is_held_and_when_it_is_let_go(
         assert np.max(np.abs(motion.datasets[f"diagnostics/ledger/{name}"])) < bound
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_force_that_turns_lets_it_go_alike_by_other_methods() -> None:
     force = "3*t*cos(t), 3*t*sin(t), 0"
     by_series, by_rates = (puck((0, 0, 0), force, method=m) for m in ("taylor", "Radau"))
@@ -119,7 +119,7 @@ forces: {{block: -mu*plane.multiplier*v/norm(v)}}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_a_block_on_a_plane_comes_to_rest_where_its_constraint_sets_the_limit(method: str) -> None:
     # along the slope w: |v| + p w falls at the rate p**2 - 1 in units of the friction, p = tan(al)/mu
@@ -134,6 +134,7 @@ def test_a_block_on_a_plane_comes_to_rest_where_its_constraint_sets_the_limit(me
     assert motion["q/z"] == pytest.approx(motion["q/x"] * np.tan(al), abs=1e-14)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_at_the_angle_of_friction_a_block_keeps_half_its_speed() -> None:
     motion = follow(ON_PLANE.format(mu="tan(al)", velocity=0), 20, 21)
     speed = np.sqrt(motion["v/x"] ** 2 + motion["v/y"] ** 2 + motion["v/z"] ** 2)
@@ -141,7 +142,7 @@ def test_at_the_angle_of_friction_a_block_keeps_half_its_speed() -> None:
     assert speed[-1] == pytest.approx(0.75, abs=1e-10)
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_bead_in_a_turning_bowl_slides_like_one_on_a_ring() -> None:
     turning = "parameters: {g: 9.81, mu: 0.3, w: 0.4}\nmasses: {bead: 1}\n"
     bowl = """
@@ -165,7 +166,7 @@ generalized_forces: {p: -mu*(p_dot**2 + g*cos(p - w*t))*sign(p_dot)}
     assert not np.any(space["q/y"])
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("method", TOLERANCES)
 def test_a_bead_on_a_wire_slides_from_the_start(method: str) -> None:
     common = "parameters: {g: 9.81, mu: 0.5}\nmasses: {bead: 1}\npotential: g*bead.y\n"
@@ -188,6 +189,7 @@ generalized_forces: {p: -mu*abs(p_dot**2 + g*cos(p))*sign(p_dot)}
     assert np.all(other["v/p"][-20:] == 0)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_normal_force_that_falls_lets_a_block_go() -> None:
     text = """
 coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
@@ -221,6 +223,7 @@ forces:
 """
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_two_pucks_that_are_pulled_alike_begin_to_slide_together() -> None:
     motion = follow(PAIR, 2, 21)
     past = np.maximum(motion.t - SLIDING / 3, 0)
@@ -241,7 +244,7 @@ forces: {puck: -limit*u/norm(u)}
 """
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_turntable_that_turns_ever_faster_loses_a_puck() -> None:
     begins = 2 * (16 - 0.25) ** 0.25  # (w**2)**2 + al**2 = limit**2
     motions = [follow(TURNTABLE, 5, 51, method=m, tolerance=TOLERANCES[m]) for m in ("taylor", "Radau")]
@@ -303,6 +306,7 @@ definitions: {v: "(x_dot, y_dot, z_dot)", along_floor: "(x_dot, y_dot, 0)", alon
 """
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_a_block_in_a_groove_is_held_by_both_sides() -> None:
     force = "(2*t, 0, 0) - (0.4*floor.multiplier + 0.2*wall.multiplier)*v/norm(v)"
     motion = follow(GROOVE + f'forces: {{block: "{force}"}}', 3, 31)
@@ -313,7 +317,7 @@ def test_a_block_in_a_groove_is_held_by_both_sides() -> None:
     assert motion["v/x"][-1] == pytest.approx(past**2, abs=1e-13)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.3)
 def test_shares_of_friction_that_do_not_follow_end_the_motion() -> None:
     floor = "0.4*floor.multiplier*along_floor/norm(along_floor)"
     wall = "0.2*wall.multiplier*along_wall/norm(along_wall)"
@@ -343,6 +347,7 @@ def test_a_ball_falls_from_rest_through_air(method: str, bound: float) -> None:
     assert motion["q/y"] == pytest.approx(-fallen, rel=bound)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_balls_of_a_sweep_fall_like_single_ones() -> None:
     swept = lagrange.sweep(
         FALLING.replace("FORCE", ""), over={"c": [0.1, 0.2]}, stop=4, outputs="q", samples=2
@@ -352,7 +357,7 @@ def test_balls_of_a_sweep_fall_like_single_ones() -> None:
     assert swept.q["y"][:, -1] == pytest.approx(-fallen, rel=2e-14)
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_what_air_does_not_move_yet_begins_to_move_later() -> None:
     motion = follow(FALLING.replace("FORCE", " + (max(0, t - 1), m*g)"), 3, 4)
     assert motion["q/x"][:2].tolist() == [0, 0] and not motion["q/y"].any()
@@ -360,6 +365,7 @@ def test_what_air_does_not_move_yet_begins_to_move_later() -> None:
     assert motion["q/x"][2:] == pytest.approx(late["q/x"][1:], rel=1e-11)
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_bodies_on_a_rod_begin_to_move_together_in_air() -> None:
     """Each is braked from the first moment on, also while series of the other one's speed begin."""
     motion = follow(
@@ -379,7 +385,7 @@ forces: {light: "-0.3*norm((x_dot, y_dot))*(x_dot, y_dot)", heavy: "-0.3*norm((u
     assert np.max(np.abs(motion["diagnostics/ledger/h"])) < 1e-11
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_pendulum_in_air_turns_where_its_velocity_vanishes(precision: str) -> None:
     """On a rod, both components of the velocity are 0 at each end of a swing. With its angle as the

@@ -27,7 +27,7 @@ potential: sum(0.3*g*y[i] for i in range(N)) + sum(k*(a[i] - a[i - 1])**2/2 for 
 """
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 @pytest.mark.parametrize("count", [2, 4, 11, 12, 50])
 def test_no_step_follows_rounding(count: int, method: str) -> None:

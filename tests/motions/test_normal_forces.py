@@ -74,7 +74,7 @@ RING = """
     """
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_friction_by_the_normal_force_slows_a_block_down_and_holds_it() -> None:
     """Up an incline with g (sin + mu cos), then it rests; the coordinates are Cartesian."""
     motion = follow(BLOCK, 2.0, 21, outputs=OUTPUTS)
@@ -105,7 +105,7 @@ def test_a_block_is_released_where_the_force_exceeds_what_the_normal_force_can_h
     assert motion["v/x"][-1] == pytest.approx(speed, rel=1e-14)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_normal_force_of_either_sign() -> None:
     """With |N| a bead slides on a wire and comes to rest: the ledgers balance, and N does not change sign
     without being seen."""
@@ -116,7 +116,7 @@ def test_a_normal_force_of_either_sign() -> None:
     np.testing.assert_allclose(motion["q/x"], plain["q/x"], rtol=0, atol=1e-12)
 
 
-@pytest.mark.exhaustive(keep=0.95)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize(("place", "rests"), [(0.1, True), (0.2, False)])
 def test_friction_that_is_not_linear_in_the_normal_force_holds_a_bead_in_all_coordinates(place, rests):
     """On a ring that turns, m sin (w^2 R cos - g) is along it, and m (w^2 R sin^2 + g cos) across it."""
@@ -147,7 +147,7 @@ def test_a_bead_leaves_a_sphere_where_the_force_of_constraint_is_none() -> None:
     assert motion.data["events/leaves/q/y"][-1] == pytest.approx(1.0 + 0.09 / (3 * G), rel=1e-14)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_forces_that_are_not_linear_in_the_force_of_constraint() -> None:
     """The ledgers balance in doubles and in double-double, and both agree."""
     outputs = (*OUTPUTS, "multipliers", "observables")
@@ -198,6 +198,7 @@ def test_a_multiplier_that_is_not_determined_has_no_part_in_forces() -> None:
         derive_system(spec)
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height():
     """sin(th) = 2/3 sin(th0): by the energy th_dot^2 = 3 g (sin(th0) - sin(th))/(2 l) for a rod of the length
     2 l, whose centre has no acceleration along the floor there."""
@@ -220,6 +221,7 @@ events: {leaves: {when: wall.multiplier, direction: rising, action: stop}}
     assert final.v["th"] == pytest.approx(-np.sqrt(G * np.sin(1.2) / 2), abs=1e-13)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_what_friction_has_stopped_on_a_wire_does_not_move_at_all():
     """Nor does what the wire moves with it, so that the motion can begin anew from where it rests."""
     text = """
@@ -236,7 +238,7 @@ generalized_forces: {x: -mu*abs(wire.multiplier)*sign(x_dot)}
     assert not np.any([motion["v/x"][1:], motion["v/y"][1:]])
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_bead_stays_on_a_rough_hoop_that_turns_past_the_axes():
     """The friction's components vanish in turn: the force that holds the bead is none of them."""
     by_angle = """

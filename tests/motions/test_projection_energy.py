@@ -27,6 +27,7 @@ potential: 2*g*bob.y
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("text", "stop", "most"), [(CRANK, 100.0, 2e-14), (PENDULUM, 4000.0, 1.2e-14)])
 def test_projections_do_not_let_the_energy_drift(text, stop, most):
     """Before, the energy fell to less by 7.1e-14 and rose by 3.2e-14, in proportion to time."""

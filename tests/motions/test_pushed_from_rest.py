@@ -50,7 +50,7 @@ FORCES = {"1": pushed_at_once, "sin(3*t)": pushed_slowly}
 """The second one is 0 at the start, as are all velocities."""
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 @settings(max_examples=6, deadline=None)
 @given(
     st.lists(st.floats(0.1, 5).map(lambda x: round(x, 3)), min_size=1, max_size=11),
@@ -85,7 +85,7 @@ def test_members_of_a_family_are_there_too(count: int, force: str) -> None:
     assert motion.outcome.steps < 1000
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_ledgers_of_a_hanging_chain_that_is_pushed_from_rest() -> None:
     text = """
     sizes: {N: 30}

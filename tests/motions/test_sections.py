@@ -128,7 +128,7 @@ def test_the_period_of_a_pendulum_is_an_elliptic_integral():
         assert np.abs(row / (period * np.arange(1, 26)) - 1).max() < 1e-12
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("seed", range(60))
 def test_roots_of_any_pattern_within_one_step(seed):
     """A free motion x = t takes steps without end, so that all roots of a polynomial in x lie in one."""
@@ -151,7 +151,7 @@ def test_roots_of_any_pattern_within_one_step(seed):
     assert rising.tolist() == found[(len(roots) + 1) % 2 :: 2].tolist()
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("depth", [1e-2, 1e-6, 1e-10])
 def test_two_crossings_around_a_summit_that_hardly_passes_the_surface(depth):
     """y = t - t^2/2 has its summit 1/2 at t = 1."""
@@ -172,7 +172,7 @@ def test_a_series_that_converges_more_slowly_than_the_motion():
     assert np.abs(taken.t[0] - math.pi / 40 * np.arange(1, 201)).max() < 1e-13
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("surface", "bound"),
     [
@@ -190,6 +190,7 @@ def test_a_multiple_zero_is_as_accurate_as_a_simple_one(surface, bound):
     assert np.abs(taken.states[:, 0] - places[:, None]).max() < bound
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("apart", [1e-3, 1e-4])
 def test_zeros_that_are_near_each_other_are_not_taken_for_one(apart):
     taken = take(
@@ -199,6 +200,7 @@ def test_zeros_that_are_near_each_other_are_not_taken_for_one(apart):
     assert np.abs(taken.states[0, 0] - expected).max() < 1e-16 / apart**2
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_surfaces_may_depend_on_velocities_time_and_parameters():
     frequencies = [0.5, 1.0, 3.0]
     states = [[0.0, 1.0]] * 3
@@ -210,6 +212,7 @@ def test_surfaces_may_depend_on_velocities_time_and_parameters():
         assert np.abs(row / ((0.5 * math.pi + 2 * math.pi * np.arange(10)) / w) - 1).max() < ROUNDING
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_a_motion_is_the_same_whatever_runs_beside_it():
     source = np.random.default_rng(3)
     states = np.column_stack([source.uniform(-2, 2, 200), source.uniform(-1, 1, 200)])
@@ -226,6 +229,7 @@ def test_a_motion_is_the_same_whatever_runs_beside_it():
         assert alone.t[0].tobytes() == together.t[member].tobytes()
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_crossings_lie_on_the_motion_that_solve_follows():
     taken = take("henon_heiles", "x + y/2", [[0.0, 0.1, 0.49, 0.05]], 40)
     alone = prepared("henon_heiles").follower
@@ -341,7 +345,7 @@ def test_backward_in_time():
     assert strobed.of().tolist() == [-1.0, -2.0, -3.0]
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_how_motions_end():
     stopped = take(SPRING, "x", [[0.0, 1.0]], 9, stop=20.0)
     assert stopped.ending == [Ending.COMPLETE] and len(stopped.of()) == 3

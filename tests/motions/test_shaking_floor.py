@@ -41,7 +41,7 @@ def heights(motion: Motion) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]
     return found
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_balls_leave_the_floor_when_it_falls_faster(method: str) -> None:
     """They have come to rest by t = 2.1, and let go where A w^2 sin(w t) = g, both at once."""
@@ -83,7 +83,7 @@ events:
 """
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize(("method", "count"), [("taylor", 20), ("ias15", 4)])
 def test_a_ball_is_let_go_where_what_pushes_it_to_a_wall_becomes_0(
     method: str, count: int, request: pytest.FixtureRequest
@@ -113,7 +113,7 @@ events: {floor: {when: y, direction: falling, action: {set: {y_dot: -y_dot/2, x_
 """
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_impacts_that_drag_however_slow_they_are_have_no_limit(method: str) -> None:
     """Those that change x' in proportion to their speeds 2, 1, 1/2 .. have one, and then the floor takes no
@@ -128,7 +128,7 @@ def test_impacts_that_drag_however_slow_they_are_have_no_limit(method: str) -> N
 RUBBING = SLIDING.replace("velocity: 1", "velocity: 3").replace("when: y, direction: falling", "when: WHEN")
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("along", ["-abs(y_dot)", "min(y_dot, 0)", "y_dot"])
 @pytest.mark.parametrize("when", ["y, direction: falling", "-2*y"])
 def test_impulses_of_friction_have_its_force_as_their_limit(when: str, along: str) -> None:
@@ -164,7 +164,7 @@ def slid(v: float, push: float, limit: float, time: float) -> float:
     return math.copysign(max(abs(push) - limit, 0.0), push) * time
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize(("method", "count"), [("taylor", 4), ("ias15", 1), ("DOP853", 1), ("Radau", 1)])
 @pytest.mark.parametrize("beside", [False, True])
 def test_what_impulses_of_friction_have_stopped_rests_unless_it_is_pushed_by_more(

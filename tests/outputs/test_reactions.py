@@ -233,6 +233,7 @@ potential: m*9.81*top.at(0, 0, 0.2).z
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("place", "free"),
     [("0, 0, z", True), ("l*sin(phi)*sin(theta), -l*cos(phi)*sin(theta), z + l*cos(theta)", False)],
@@ -296,7 +297,7 @@ observables: {friction: friction}
 """
 
 
-@pytest.mark.exhaustive(keep=0.9)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
 @pytest.mark.parametrize(("text", "normal"), [(SLOPE, [0, 1]), (ALONG, [np.sin(0.5), np.cos(0.5)])])
 def test_a_block_that_comes_to_rest_on_an_incline(text, normal, precision):

@@ -123,7 +123,7 @@ def drawn_page(members: int) -> tuple[Motion, Drawing, ViewedMotion]:
     return motion, drawing, followed
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_page_draws_families_by_loops_and_prints_them_with_their_indices():
     """Where particles are, and initial values for other parameters."""
     motion, drawing, followed = drawn_page(60)
@@ -160,7 +160,7 @@ def test_the_program_of_a_family_is_as_long_for_any_number_of_members():
     assert max(lines) < 1.05 * min(lines) < shown_page.LARGEST / 4
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_what_would_be_too_large_a_drawing_is_not_begun(monkeypatch):
     monkeypatch.setattr(shown_content, "DRAWN", 15)
     monkeypatch.setattr("lagrange_cli.drawing.draw.draw", None)
@@ -178,7 +178,7 @@ def test_a_program_too_large_for_a_page_is_not_in_it(monkeypatch):
     assert "pendulum.yaml:" not in page.text
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_proofs_are_left_out_where_they_are_too_long(monkeypatch):
     """The page says so, its program is shorter, and its numbers are those of ``solve``."""
     motion = read_shown(PLAIN.replace(b"x**2/2", b"exp(x)/2"), "x.yaml", Request())
@@ -192,7 +192,7 @@ def test_proofs_are_left_out_where_they_are_too_long(monkeypatch):
     assert data_of(view(read_shown(PLAIN, "y.yaml", Request())).text)["notice"] == ""
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_page_is_packed_and_three_js_is_in_pages_in_space_alone():
     """With its license."""
     page, plane = page_of("spherical_pendulum").text, page_of("pendulum").text
@@ -211,7 +211,7 @@ def test_values_may_be_changed():
     assert_same(found, "pendulum", l=2.0, theta=1.5, theta_dot=-0.5)
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_what_depends_on_parameters_follows_them():
     """omega is 2 sqrt(g/a) in the file, as long as nobody moves it."""
     engine = engine_of("rotating_hoop")
@@ -223,13 +223,14 @@ def test_what_depends_on_parameters_follows_them():
     assert_same(engine.end(a=0.25, omega=3.0), "rotating_hoop", a=0.25, omega=3.0)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_start_that_depends_on_parameters_follows_them():
     """r and the velocity of theta are expressions in a, e and mu."""
     changes = {"e": 0.3, "a": 1.2}
     assert_same(engine_of("central_force").end(**changes), "central_force", **changes)
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_a_slider_may_take_a_constraint_away():
     """Without the second gear's radius the first one is held, and the other one turns freely."""
     content = (
@@ -240,7 +241,7 @@ def test_a_slider_may_take_a_constraint_away():
     assert found["reason"] == "" and found["q"] == pytest.approx([0.0, 1.0], abs=1e-14)
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("rest", ["0, 0", "0.6, -0.8"])
 def test_drag_along_a_vector_that_is_0_for_a_while_is_that_of_solve(rest):
     """A ball is dropped; a pendulum on a rod turns."""
@@ -257,7 +258,7 @@ def test_drag_along_a_vector_that_is_0_for_a_while_is_that_of_solve(rest):
     assert found["q"] == pytest.approx([expected.q[k][-1] for k in "xy"], rel=1e-13)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     """Actions of events, infinitely many impacts, and the rest after them."""
     found = engine_of("bouncing_ball").end(e=0.6)
@@ -266,7 +267,7 @@ def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     assert found["events"] == sum(len(one) for path, one in expected.datasets.items() if path.endswith("/t"))
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_chain_of_many_links_rests_at_its_stops_as_in_solve():
     """Its links are computed in loops, and rest apart from one another."""
     text = (HEAD + CHAIN + STOP).format(count=13, start=0.25, speed=0, e=0.4)
@@ -278,7 +279,7 @@ def test_a_chain_of_many_links_rests_at_its_stops_as_in_solve():
     assert 0.2 in found["q"]
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_many_balls_come_to_rest_as_in_solve():
     """Balls of a family that is computed in loops."""
     text = """
@@ -297,7 +298,7 @@ solve: {stop: 0.25}
     assert found["q"].count(0.0) > 5
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_balls_whose_impacts_are_almost_at_one_time_do_not_fall_through_the_floor():
     """Just after the impact of a ball, rounding decides on which side of the floor it is."""
     text = BALLS.format(count=3, e=0.267, g=6.542, start=1.495) + "solve: {stop: 4}\n"

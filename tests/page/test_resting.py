@@ -28,7 +28,7 @@ HIT = """hit:
     action: {set: {x_dot: (x_dot + y_dot)/2, y_dot: (x_dot + y_dot)/2}}"""
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(("other", "live"), [(GROUND, True), (HIT, False)])
 def test_bodies_that_may_rest_on_each_other_are_replayed(other: str, live: bool) -> None:
     """A ball between two walls is not, nor two balls on one floor."""

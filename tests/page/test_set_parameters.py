@@ -79,7 +79,7 @@ def places(engine, motion, times):
     return [row[2 * point : 2 * point + 2] for row in engine.run(script)]
 
 
-@pytest.mark.exhaustive(keep=0.9)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("backward", [False, True])
 def test_a_particle_is_where_it_was_before_an_action_and_after_it(engine, expected, backward):
     times, there = expected
@@ -123,7 +123,7 @@ def test_a_page_of_an_output_draws_with_what_actions_have_set(tmp_path, text):
     assert np.array(found) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_so_does_a_page_that_cannot_compute():
     page = view(read_shown(BOUND.encode(), "bound.yaml", Request()))
     motion = lagrange.solve(BOUND, outputs="q,v,positions")
@@ -132,7 +132,7 @@ def test_so_does_a_page_that_cannot_compute():
     assert np.array(found) == pytest.approx(motion.positions["bob"], abs=1e-9)
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("text", [CUT, MANY])
 def test_a_film_draws_with_what_actions_have_set(tmp_path, text):
     motion = lagrange.solve(text, outputs="q,v,positions")

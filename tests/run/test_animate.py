@@ -97,7 +97,7 @@ def test_the_ball_is_where_the_motion_is(folder, name, moment):
         assert math.dist((columns.mean(), 320 - rows.mean()), expected) < 1.5
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_a_trail_is_the_path_so_far(folder):
     long, none = (reel(folder, "run.h5", trail=trail) for trail in (0.5, 0.0))
     assert long.finer == FINER and long.trail == 5 * FINER
@@ -127,6 +127,7 @@ def test_the_clock_has_no_exponent_up_to_a_million(t, text):
     assert shown_time(t) == text
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_a_part_of_a_motion_at_another_speed(folder):
     film = reel(folder, "run.h5", begin=0.45, end=0.75, speed=0.1, panels=("phase", "energy"))
     assert film.count == 31 and film.t[0] == 0.45 and film.t[-1] == pytest.approx(0.75)
@@ -180,6 +181,7 @@ def test_a_folder_of_other_things_is_kept(tmp_path):
         find_folder(str(tmp_path / "frames"), force=True)
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_a_folder_of_its_own_pictures_is_replaced(folder, tmp_path):
     """Without --force, as long as nobody has changed one of them."""
 
@@ -224,7 +226,7 @@ def test_a_long_output_is_read_in_parts(folder, monkeypatch):
     np.testing.assert_allclose(film.q[:, 1], 5 * film.t - 5 * film.t**2, atol=1e-13)
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 def test_the_command(folder, tmp_path):
     system = SYSTEMS / "rotating_hoop.yaml"
     asked = ("--stop", "1", "--fps", "5", "--size", "65x48", "--panels", "q,energy")
@@ -248,7 +250,7 @@ def test_the_command(folder, tmp_path):
         assert done.returncode == status and message in done.stderr, done.stderr
 
 
-@pytest.mark.exhaustive(keep=7)
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("size", [(640, 480), (400, 200), (1920, 1080)])
 @pytest.mark.parametrize("name", ["a long name of a system " * 10, "W" * 200, "short"])
 def test_a_title_ends_within_the_picture(folder, name, size):

@@ -61,6 +61,7 @@ BAD = [
 ]
 
 
+@pytest.mark.exhaustive(keep=17)
 @pytest.mark.parametrize(("constraints", "underlined", "message", "hint"), BAD, ids=lambda value: str(value))
 def test_a_bad_constraint_is_refused_by_solve_and_check_at_its_place(constraints, underlined, message, hint):
     text = SYSTEM + constraints

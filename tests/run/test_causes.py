@@ -72,7 +72,7 @@ ENDS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize("case", ENDS)
 def test_the_expression_that_ends_a_motion_is_named(case, precision, tmp_path):
@@ -86,7 +86,7 @@ def test_the_expression_that_ends_a_motion_is_named(case, precision, tmp_path):
         assert float(found[2]) == pytest.approx(end, rel=1e-8)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ENDS)
 def test_the_expression_that_ends_a_member_of_a_sweep_is_named(case, tmp_path):
     text, expected, _ = ENDS[case]

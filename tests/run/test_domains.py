@@ -87,7 +87,7 @@ def test_so_are_forces_without_a_value(capsys, folder):
     assert "a.yaml:5:25: 1/x has no value where the motion begins: x is 0\n" in capsys.readouterr().err
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "potential",
     [

@@ -21,6 +21,7 @@ def sweep(tmp_path_factory):
     return folder
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("number", [0, 3, 5])
 def test_a_member_is_computed_again(sweep, number):
     found = member_of(sweep / "sweep.h5", number)

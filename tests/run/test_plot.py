@@ -37,7 +37,7 @@ def panels(folder, name, *what, x=None, y=()):
         return page_of([result], PlotRequest(what, x, y)).panels
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_curves_are_the_samples_of_the_file(folder):
     (q,), (phase,) = panels(folder, "run.h5", "q"), panels(folder, "run.h5", "phase")
     with h5py.File(folder / "run.h5") as file:
@@ -274,7 +274,7 @@ potential: s**2
 """
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("bead", "nail", "axes"),
     [

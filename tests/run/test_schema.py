@@ -127,6 +127,7 @@ def test_the_files_of_the_tests_are_judged_as_by_the_reader(part):
     assert found.count(True) > 10 and found.count(False) > 50
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_files_of_a_grammar_are_judged_as_by_the_reader():
     found = [compare(grammar.system(Random(seed))) for seed in range(60)]
     assert found.count(True) > 2 and found.count(False) > 20

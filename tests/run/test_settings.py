@@ -289,6 +289,7 @@ def test_times_in_the_file_are_expressions_in_parameters_and_definitions(resolve
     assert values.times == {"start": -math.pi, "stop": 10 * math.pi, "step": 0.025}
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_times_that_are_not_known_yet_are_not_judged():
     assert of_file("start: -period, stop: 0").start == -math.pi
     assert of_file("stop: -k, step: -1/k").step == -0.25

@@ -14,7 +14,7 @@ LINE = "parameters: {{k: {k!r}}}\ncoordinates: {{x: {{initial: -1, velocity: {v!
 POTENTIALS = ["k/x", "-k/x**2", "k*log(-x)", "-k/sqrt(x**2 + y**2)", "-k*(x**2 + y**2)**-0.5 + y**2/2"]
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("potential", POTENTIALS)
 @pytest.mark.parametrize("weak_by", ["strength", "speed"])
 def test_a_pole_that_is_not_felt_ends_the_motion(tmp_path, potential, weak_by, request):

@@ -21,6 +21,7 @@ def products_of(graph: Graph, powers: list[dict[str, float]]) -> list[Node]:
     return list(dict.fromkeys(made))
 
 
+@pytest.mark.exhaustive(keep=0.75)
 @examples(40)
 @given(st.lists(POWERS, min_size=1, max_size=12))
 def test_every_product_is_made_from_two_that_make_it(powers: list[dict[str, float]]) -> None:
@@ -64,7 +65,7 @@ def test_reciprocals_are_taken_where_they_cost_less() -> None:
         assert reciprocals(products) == ({r} if cheaper else set())
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_derivative_of_a_long_product_shares_its_parts() -> None:
     """n products of n - 1 factors: n log2 n products of two, found without looking at every pair."""
     graph, count = Graph(), 200

@@ -44,7 +44,7 @@ def test_every_system_has_its_ceiling() -> None:
     assert sorted(CEILINGS) == NAMES
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("system", NAMES)
 def test_the_work_of_a_step(system: str) -> None:
     program = program_of(system)

@@ -310,7 +310,7 @@ bodies:
 ]  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=77)
+@pytest.mark.exhaustive(keep=51)
 @pytest.mark.parametrize(("old", "new", "expected"), BAD, ids=[f"{new[:40]}" for _, new, _ in BAD])
 def test_mistake_is_shown_at_its_place(old: str, new: str, expected: list[tuple[int, str, str, str]]) -> None:
     found = problems(PENDULUM.replace(old, new, 1))
@@ -376,6 +376,7 @@ def test_a_mistake_in_a_definition_is_said_once() -> None:
     assert [underlined(problem) for problem in problems(text)] == ["2theta"]
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_hopeless_files_are_given_up() -> None:
     text = PENDULUM + "".join(f"key{n}: 1\n" for n in range(1000))
     assert len(problems(text)) == MOST

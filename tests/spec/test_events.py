@@ -46,6 +46,7 @@ def graph(text: str) -> str:
     return str(build_model(spec, GraphAlgebra()).observables["height"])
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_an_event_is_recorded_in_either_direction_unless_more_is_said():
     found = written("  top: y_dot\n  low: {when: ball.y - 1/2}\n")
     assert found == {
@@ -165,7 +166,7 @@ BAD = [
 ]  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=38)
+@pytest.mark.exhaustive(keep=25)
 @pytest.mark.parametrize(("event", "expected"), BAD, ids=[event for event, _ in BAD])
 def test_each_mistake_is_shown_at_its_place(event, expected):
     found = sorted(problems(f"{SYSTEM}  f: {event}\n"), key=lambda one: one.column)

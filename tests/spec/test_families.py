@@ -307,7 +307,7 @@ solve: {stop: 1, samples: 2}
 """
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_families_may_have_no_members() -> None:
     """One body has no pairs, and no bonds: expressions, and loops over many others, do without them."""
     alone = solve(GAPS, size={"M": 1}, outputs=["q", "observables"])
@@ -590,7 +590,7 @@ BAD = [
 ]
 
 
-@pytest.mark.exhaustive(keep=49)
+@pytest.mark.exhaustive(keep=33)
 @pytest.mark.parametrize(
     ("old", "new", "expected"), BAD, ids=[f"{old[:12]}-{new[:40]}" for old, new, _ in BAD]
 )

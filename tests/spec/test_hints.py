@@ -22,6 +22,7 @@ def hints(text: str, old: str, new: str) -> list[str]:
     return [one.hint for one in problems(text.replace(old, new))]
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("word", ["w", "omega", "\u03c9", "Omega", "ang_vel", "angular_velocity"])
 def test_angular_velocities_by_other_names(word):
     for axis, between in product("xyz123", ["", "_", "."]):

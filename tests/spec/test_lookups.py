@@ -84,7 +84,7 @@ def network(ends: list[tuple[int, int]], count: int, way: str) -> str:
     return NETWORK.format(count=count, bonds=len(ends), **words)
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("way", ["lists", "a table", "definitions"])
 @pytest.mark.parametrize("count", [2, 3, 8, 9, 40])
 def test_networks_move_as_if_their_bonds_were_written_by_hand(
@@ -99,7 +99,7 @@ def test_networks_move_as_if_their_bonds_were_written_by_hand(
     alike(found, expected, 1e-12, looked_up)
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("count", [2, 3, 9, 40])
 def test_trees_hang_from_the_parents_in_a_list(count: int, pytestconfig: pytest.Config) -> None:
     chance = random.Random(f"{pytestconfig.getoption('seed')} {count}")
@@ -120,7 +120,7 @@ def test_trees_hang_from_the_parents_in_a_list(count: int, pytestconfig: pytest.
     alike(found, expected, 1e-11, text)
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_lists_of_neighbours_with_ranges_that_are_looked_up() -> None:
     """Each particle has the neighbours that stand from ``first[i]`` to ``first[i + 1]``; half the sum over
     all is the energy of the bonds."""
@@ -221,7 +221,7 @@ def test_other_numbers_are_other_equations() -> None:
     assert key == same != other
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("index", ["a[n]", "a[(n + 1) % B]", "a[a[n]]", "end[a[n], 0]"])
 def test_lookups_need_no_quotes_in_lists_and_braces(index: str) -> None:
     """YAML has a meaning for brackets; those of indices are not its own, in one another either."""
@@ -240,7 +240,7 @@ forces:
     alike(found, expected, 0.0)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_command_line_looks_up_as_the_file_does() -> None:
     text = network([(1, 0), (2, 1)], 3, "lists")
     motions = [lagrange_cli.solve(text, set={name: 3}, stop=0.3) for name in ("x[a[1]]", "x[2]")]
@@ -253,7 +253,7 @@ def test_the_command_line_looks_up_as_the_file_does() -> None:
             lagrange_cli.section(text, **{"where": "x[0]", "crossings": 1, **wrong})
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_other_coordinates_may_look_up() -> None:
     text = (
         network([(1, 0), (2, 1)], 3, "lists")

@@ -75,7 +75,7 @@ WRONG = {
 }
 
 
-@pytest.mark.exhaustive(keep=8)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(("when", "sets"), WRONG)
 def test_mistakes_in_many_events_are_said_as_in_few(when: str, sets: str) -> None:
     said = []

@@ -212,7 +212,7 @@ def test_numbers_found_together_are_those_found_one_by_one(
     assert [(name, x.hex()) for name, x in one] == [(name, x.hex()) for name, x in other]
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -136,7 +136,7 @@ CUTS = st.lists(
 ).map(lambda cuts: [*sorted(cuts), (STOP, True)])
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 @given(CUTS, st.sampled_from([1.0, -1.0]))
 @example([(15.5, True), (16.0, False), (STOP, True)], 1.0)
 @settings(examples(12), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -185,6 +185,7 @@ def test_no_more_than_a_chunk_of_crossings_waits_in_memory(tmp_path, small):
             after = until
 
 
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize(
     "damage",
     [

@@ -89,7 +89,7 @@ def test_whole_chunks_of_the_file_and_parts_of_them_follow_one_another(tmp_path,
             np.testing.assert_array_equal(file[path][()], values)
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 @given(st.lists(st.integers(0, 11), min_size=1, max_size=8), st.integers(1, 7))
 @settings(examples(15), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_the_bytes_do_not_depend_on_how_many_samples_are_appended_at_a_time(tmp_path, pieces, rows):
@@ -127,7 +127,7 @@ def test_a_family_has_a_scale_for_each_index_that_no_series_hides(tmp_path):
         assert file["N_"][()].tolist() == [0, 1, 2]
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("group", ["q", "v", "diagnostics", "positions", "observables"])
 def test_xarray_finds_the_times_from_every_group(tmp_path, group):
     write(tmp_path / "out.h5")
@@ -142,7 +142,7 @@ def test_a_vector_can_be_selected_by_its_component(tmp_path):
         np.testing.assert_array_equal(data["bob"].sel(xy="y"), 5.0 * np.arange(7))
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_the_same_run_gives_the_same_bytes_at_another_time_and_under_another_name(tmp_path):
     write(tmp_path / "first.h5")
     time.sleep(1.1)  # HDF5's time stamps, were there any, count seconds
@@ -237,7 +237,7 @@ for limit in map(int, sys.argv[1:]):
 """
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path):
     limits = ("0", "1_000", "10_000", "1_000_000")
     root = Path(__file__).resolve().parents[2]

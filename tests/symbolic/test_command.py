@@ -52,7 +52,7 @@ def test_several_systems(tmp_path):
     assert "missing.yaml" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_an_explicit_form_that_cannot_be_read_names_the_matrix(tmp_path):
     names = "abcd"
     chain = [" + ".join(f"sin({n})" for n in names[: k + 1]) for k in range(4)]

@@ -127,6 +127,7 @@ def test_a_pendulum_reads_as_in_a_textbook():
         assert line in text
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_every_notation():
     derivation = derive(spec_of(KNIFE))
     assert r"m \ddot{y} &= \lambda_{\mathrm{edge}} \cos \phi" in as_written(
@@ -162,7 +163,7 @@ def test_forces_of_constraint_in_hamiltons_equations():
         as_written(derive(spec_of(MASSLESS)), "text", "hamilton", {})
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize("text", [PENDULUM, KNIFE, CHAIN])
 def test_python_solves_for_accelerations_and_multipliers(text):
     """Explicitly or by elimination; what Hamilton's equations say is the same."""
@@ -187,7 +188,7 @@ def test_python_solves_for_accelerations_and_multipliers(text):
     assert rates == pytest.approx(moved, rel=1e-4, abs=1e-4)
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.45)
 def test_what_hamiltons_principle_would_give_is_shown_beside_the_equations_of_motion():
     text = as_written(derive(spec_of(KNIFE)), "text", "vakonomic", {})
     assert "J*phi_ddot = -mu_edge*cos(phi)*x_dot - mu_edge*sin(phi)*y_dot   [phi]" in text
@@ -231,6 +232,7 @@ def test_a_constraint_that_can_be_integrated_gives_the_same_motion():
         assert sympy.expand(other.right.xreplace({rate: -multiplier}) - one.right) == 0
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_what_is_too_long_and_what_is_not_determined():
     chain, twice = derive(spec_of(CHAIN)), derive(spec_of(TWICE))
     assert chain.equations.accelerations is None
@@ -318,13 +320,13 @@ def test_three_routes_agree_at_states_that_satisfy_the_constraints(text, patient
     assert found.counted["near the initial one"] == 12 and found.counted["along the motion"] == 8
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_branches_are_looked_at_on_both_sides():
     found = verify_system(derive(spec_of(ROLLING_UPHILL)), {})
     assert found.counted["before a switch or pole"] and found.counted["beyond a switch or pole"]
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 def test_dependent_constraints_are_no_difference():
     derivation = derive(spec_of(TWICE))
     assert derivation.equations.degrees_of_freedom == 1
@@ -363,7 +365,7 @@ LINKAGES = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("text", LINKAGES.values(), ids=LINKAGES)
 def test_constraints_that_depend_on_others_only_where_they_hold(text, patient):
     """Elsewhere they are independent, so that a formal solution exists: it is 0/0 where the motion is."""
@@ -373,7 +375,7 @@ def test_constraints_that_depend_on_others_only_where_they_hold(text, patient):
     assert found.agrees and found.counted["along the motion"] == 8, str(found)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.3)
 def test_states_after_an_event_has_changed_a_length_satisfy_the_constraints_again(patient):
     text = """
 parameters: {l: 1}
@@ -454,7 +456,7 @@ def spoiled(equations, what):
     return replace(equations, constraints=(one, *others))
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("what", ["nothing", "slope", "rate", "constraint", "multiplier", "equation"])
 def test_a_wrong_sign_is_seen(what):
     values = values_of(PENDULUM)
@@ -470,7 +472,7 @@ def test_a_wrong_sign_is_seen(what):
         assert found.agrees == (what == "nothing"), str(found)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_wrong_sign_of_printed_and_compiled_multipliers_is_seen_by_the_third_route(sign):
     """Both take the constraint's force with the other sign."""

@@ -93,7 +93,7 @@ def test_every_shipped_system_is_compared():
     assert {*ACCELERATIONS, *BODIES, *RIGID, *CONTACTS} == set(NAMES)
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize("name", ACCELERATIONS)
 def test_accelerations_are_the_known_ones(name):
     accelerations = equations_of(name).accelerations
@@ -102,7 +102,7 @@ def test_accelerations_are_the_known_ones(name):
         assert same(renamed(equations_of(name), found), known)
 
 
-@pytest.mark.exhaustive(keep=0.9)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("name", BODIES)
 def test_bodies_obey_newton(name):
     equations, axes = equations_of(name), len(BODIES[name])
@@ -209,6 +209,7 @@ def test_a_gauge_term_changes_p_and_h_but_not_the_equation():
     assert not gauged.conserved
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_polar_and_cartesian_kepler_are_one_law():
     r, theta, r_dot, theta_dot = sympy.symbols("r theta r_dot theta_dot", positive=True)
     x, y = r * sympy.cos(theta), r * sympy.sin(theta)
@@ -226,7 +227,7 @@ def test_polar_and_cartesian_kepler_are_one_law():
         assert sympy.simplify(found.subs({"x": x, "y": y}) - d(d(coordinate))) == 0
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", NAMES)
 def test_equations_are_those_of_the_chain_rule_applied_to_functions_of_time(name):
     """An independent derivation: q(t) as functions, dL/dv differentiated by t, nothing simplified."""
@@ -372,6 +373,7 @@ def test_a_lagrangian_that_is_not_quadratic_in_the_velocity():
     assert render(equations.momenta[0], Text(), equations.order) == "m*x_dot/sqrt(1 - x_dot**2/c**2)"
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_what_is_too_large_to_simplify_is_still_right(monkeypatch):
     short = equations_of("double_pendulum")  # cached for other tests: not to be made under these limits
     monkeypatch.setattr(canonical, "LARGEST", 1)

@@ -29,7 +29,7 @@ def shown(text, names):
     return render(build(parse(text), symbols.__getitem__, SympyAlgebra()), Latex(), order)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("names", [("x", "y", "k"), ("x", "y", "e")])
 @examples(18)
 @given(data=st.data())

@@ -22,7 +22,7 @@ nonholonomic: {blade: x_dot*sin(a) - y_dot*cos(a)}
 """
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("format_", ["text", "unicode"])
 def test_what_is_short_is_printed_as_beside_equations(format_, tmp_path, monkeypatch, capsys):
     (tmp_path / "sledge.yaml").write_text(SLEDGE, encoding="utf-8")
@@ -49,6 +49,7 @@ def test_what_cannot_go_without_equations_is_refused(asked, tmp_path, monkeypatc
     assert "an expression of the equations has" in "".join(capsys.readouterr())
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_what_was_derived_of_equations_that_are_too_long_is_not_derived_again(tmp_path, monkeypatch, capsys):
     """The model is built once with sympy, and no momentum that was found before is put in order again."""
     (tmp_path / "sledge.yaml").write_text(SLEDGE, encoding="utf-8")

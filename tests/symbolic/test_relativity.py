@@ -36,6 +36,7 @@ def test_an_oscillator_reads_as_in_goldstein(line: str) -> None:
     assert line in as_written(derive(spec_of(OSCILLATOR)), "text", "lagrange", {})
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_accelerations_are_those_of_the_force() -> None:
     """a = (F - v (v.F)/c^2)/(gamma m) (Landau and Lifshitz, The Classical Theory of Fields, problem in
     section 17)."""

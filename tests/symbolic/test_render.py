@@ -84,6 +84,7 @@ def test_a_file_without_decimals_is_answered_with_fractions():
         assert render(equations.L, Text(), equations.order).startswith(start)
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_decimals_do_not_become_long_integers():
     """A rotating pendulum with a small moment of inertia about its rod."""
     text = """

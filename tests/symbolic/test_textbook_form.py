@@ -38,7 +38,7 @@ COORDINATES = {
 """Positions, and the squares of Lame's coefficients: T = m (g_uu u_dot^2 + g_vv v_dot^2)/2."""
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", COORDINATES)
 def test_metrics_of_curvilinear_coordinates(name):
     position, along_u, along_v = COORDINATES[name]
@@ -114,6 +114,7 @@ def sum_of(drawn: list[tuple[int, list[str]]]) -> sympy.Expr:
     return expression(" + ".join(f"({c})*{'*'.join(factors)}" for c, factors in drawn))
 
 
+@pytest.mark.exhaustive(keep=0.6)
 @examples(30)
 @given(terms_of_pieces)
 def test_every_form_has_the_same_value(drawn):
@@ -138,6 +139,7 @@ def test_fractions_stay_apart_where_one_denominator_would_be_too_long(monkeypatc
     assert agree_at_random(given, group(to_terms(given), derived(file).order))
 
 
+@pytest.mark.exhaustive(keep=0.6)
 @examples(20)
 @given(
     st.lists(st.tuples(st.integers(1, 4), st.sampled_from(whole)), min_size=2, max_size=3), st.integers(2, 3)
@@ -186,7 +188,7 @@ def test_an_exponential_of_time_is_divided_out():
     assert line in as_written(derive(spec), "text", "lagrange", {})
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_what_all_terms_share_is_factored_out():
     """The restricted problem of three bodies (Szebehely, Theory of Orbits, 1967, section 1.5), and a cylinder
     that rolls within another one."""

@@ -34,7 +34,7 @@ def drawn(tmp_path_factory):
     return path
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_an_svg_holds_title_axes_and_the_name_of_every_curve(drawn, tmp_path):
     expected = {"a & b <c>", "error", "run time (s)", "taylor", "DOP853", "Radau", "required error"}
     assert expected <= texts(drawn)
@@ -74,7 +74,7 @@ def test_a_picture_that_could_not_be_drawn_is_refused_before_any_work(tmp_path, 
         check_picture(str(tmp_path / "a.svg"))
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_file_that_cannot_be_written_is_an_error_of_its_own(tmp_path):
     (tmp_path / "a.svg").mkdir()
     with pytest.raises(FileError, match="could not be written"):

@@ -65,6 +65,7 @@ def test_errors_fall_with_the_tolerance_as_the_method_promises(method, least, mo
     assert all(later.steps > earlier.steps for earlier, later in pairwise(results))
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_errors_of_taylor_series_fall_with_the_tolerance():
     """Whose order rises with the tolerance, too. (On a cosine, whose series converges everywhere, higher
     orders are better than they are taken to be.)"""

@@ -163,6 +163,7 @@ def test_the_middle_one_of_three_distances_counts(one: list[float], other: list[
     np.testing.assert_array_equal(typical_difference([first, second]), np.abs(first - second))
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_the_estimate_is_at_least_the_distance_of_the_motions(monkeypatch):
     """Companions that are off by 1e-3, to either side."""
     whole, sides = Companion.take, iter([1, -1] * 1000)
@@ -183,6 +184,7 @@ def test_what_a_companion_has_not_reached_is_not_known(missing: int) -> None:
     np.testing.assert_array_equal(found, [[1, np.inf, np.inf]] * 2)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_the_run_ends_where_the_target_is_missed_and_not_before() -> None:
     plain, whole = certified(HENON_HEILES, 400.0, 4001)
     cut, outcome = certified(HENON_HEILES, 400.0, 4001, target=1e-12)

@@ -67,6 +67,7 @@ def few(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("options", [[], ["--stop", "1"], ["--stop", "-3", "--start", "2"]])
 def test_a_force_that_oscillates_ever_faster_ends_the_motion(few, options, capsys):
     assert main(["solve", "shaken.yaml", "--stop", "1.5", "--outputs", "q", *options]) == 4

@@ -49,7 +49,7 @@ def test_every_level_gives_the_same_bits(path, monkeypatch):
     assert quick == full
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.2)
 def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
     """It is asked for once, used as soon as it is there, kept for the next run, and changes no bit."""
     spec = read_spec((SYSTEMS / "double_pendulum.yaml").read_bytes(), "double_pendulum.yaml")
@@ -96,7 +96,7 @@ def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
     assert bytes_of(spec, again, 100.0) == plain
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_quick_code_from_the_cache_is_improved_as_well(tmp_path, monkeypatch):
     spec = read_spec((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml")
     cache = Cache(str(tmp_path))

@@ -138,6 +138,7 @@ def test_the_reason_says_where_the_particle_is():
     )
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_components_are_printed_as_in_textbooks(tmp_path):
     """Orthogonal coordinates leave no determinants behind."""
     (tmp_path / "kepler.yaml").write_text(text_of("r th phi", f"{SPHERICAL} + k/r"))

@@ -157,7 +157,7 @@ CASES = {
 COUNTS = {"with two centres": 1, "an ellipsoid": 2}
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", CASES)
 def test_what_lasts_is_found_and_kept(case):
     text, expected = CASES[case]

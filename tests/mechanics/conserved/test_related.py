@@ -32,7 +32,7 @@ CASES = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("case", CASES)
 def test_what_follows_from_formulas_of_parameters(case):
     text, expected = CASES[case]

@@ -136,7 +136,7 @@ def test_it_is_no_other_top(name):
     assert goryachev_chaplygin(model, Noether(model)) is None
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_check_names_it_for_motions_that_keep_it(tmp_path):
     """With b = pi/2 and no spin of a, the angular momentum about z is 0, and the formula stays constant."""
     text = text_of((EULER, FOUR, "l*i", WEIGHT))
@@ -155,7 +155,7 @@ def test_check_names_it_for_motions_that_keep_it(tmp_path):
     assert np.ptp(series) < 1e-12 * (5**3 + np.abs(series).max())
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_axis_of_a_symmetric_top_has_a_momentum_in_a_quaternion_too():
     inertia = "[2*C - m*l**2, 2*C - m*l**2, C]"
     residual = residual_of(text_of((QUATERNION, inertia, "l*k", WEIGHT)))

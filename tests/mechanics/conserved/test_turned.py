@@ -47,7 +47,7 @@ def searched(text):
     return PolynomialIntegrals(model, noether, [noether.energy])
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("case", CASES)
 def test_published_integrals_are_found_in_turned_axes(case):
     search = searched(CASES[case])
@@ -83,7 +83,7 @@ def test_what_is_not_found(potential, expected):
     assert not [*integrals(search.model, search.noether, search.known)]
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 def test_they_are_conserved_quantities_of_the_system():
     residual = residual_of(GREENE)
     (found,) = symmetries(residual.model, residual.conserved)

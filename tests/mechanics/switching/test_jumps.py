@@ -272,7 +272,7 @@ events: {moves: {when: t - 0.1, action: {set: SET}}}
 """
 
 
-@pytest.mark.exhaustive(keep=0.95)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_motion_ends_before_an_action_that_makes_an_energy_jump(precision, tmp_path):
     (tmp_path / "a.yaml").write_text(KICK.replace("SET", "{b: 0.5}"))

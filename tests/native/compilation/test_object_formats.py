@@ -31,7 +31,7 @@ UNWINDING = {".pdata", ".xdata"}
 """Tables for exceptions, which LLVM's loader on Windows cannot place; the code has no exceptions."""
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize(
     ("triple", "cpu"),
     [

@@ -127,6 +127,7 @@ def test_series_of_too_many_convolutions_are_refused_before_any_code_is_written(
     assert run.returncode == 3 and "at most 131" in run.stderr and "ias15" not in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_the_refusal_names_the_file(tmp_path, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "instructions=50")
     system = str(SYSTEMS / "double_pendulum.yaml")

@@ -28,7 +28,7 @@ def system_of(expressions: list[str]) -> str:
     )
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.3)
 @examples(6)
 @given(
     st.lists(texts(NAMES), min_size=8, max_size=12), st.lists(st.floats(-1.5, 1.5), min_size=5, max_size=5)

@@ -36,6 +36,7 @@ def test_units_of_shipped_systems(system, expected):
     assert {path: found.get(path) for path in expected} == expected
 
 
+@pytest.mark.exhaustive(keep=32)
 @pytest.mark.parametrize("system", [*NAMES, *CONSTRAINED])
 def test_no_shipped_system_contradicts_itself(system):
     found = find_units(spec_of(system))

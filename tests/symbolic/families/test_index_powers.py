@@ -13,6 +13,7 @@ from tests.symbolic.families.test_equations import holds, printed
 pytestmark = pytest.mark.usefixtures("however_small")
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "condition", ["2**i < 9", "i**2 != 4", "3**(N - 1 - i)//2 >= 1", "N**2 - i**2 > 7*i"]
 )

@@ -145,7 +145,7 @@ def close(found: Any, expected: Any, text: str, tolerance: float = 1e-9) -> None
     assert np.max(np.abs(np.array(found) - expected), initial=0.0) <= tolerance * size, text
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     "text", [N_PENDULUM, pendulum(4, "(i - 1)//2"), CHARGED, SHAKEN, TOPS.replace("COUNT", "2")]
 )
@@ -161,7 +161,7 @@ DRAWN: dict[str, Callable[[random.Random], str]] = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.2, most=6)
+@pytest.mark.exhaustive(keep=0.15, most=6)
 @pytest.mark.parametrize("case", range(20))
 @pytest.mark.parametrize("kind", DRAWN)
 def test_the_forms_of_drawn_systems_are_those_of_the_file(

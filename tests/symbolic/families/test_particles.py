@@ -71,7 +71,7 @@ def drawn(chance: random.Random) -> str:
     )
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize("case", range(60))
 def test_what_is_printed_is_integrated(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

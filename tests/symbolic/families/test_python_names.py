@@ -40,7 +40,7 @@ def numbers(names: dict[str, str]) -> list[float]:
     return [x for one in found for x in one]
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("which", USUAL)
 def test_names_of_the_file_and_of_the_module_do_not_meet(which: str) -> None:
     expected = numbers(USUAL)

@@ -123,7 +123,7 @@ def by_members(text: str, size: int, values: dict[str, Any]) -> dict[str, float]
     return {name: float(x) for (name, _), x in zip(listed, found)}
 
 
-@pytest.mark.exhaustive(keep=0.2)
+@pytest.mark.exhaustive(keep=0.15)
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("size", [2, 5])
 def test_forces_with_indices_are_those_written_out(name: str, size: int) -> None:
@@ -149,13 +149,14 @@ def test_forces_with_indices_are_those_written_out(name: str, size: int) -> None
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_family_takes_a_line_however_many_it_has() -> None:
     texts = [written(indexed(CASES["driven"], size), "text", "reactions", {}) for size in (5, 500)]
     assert texts[0].count("\n") == texts[1].count("\n") < 25
     assert "R_b_y[i] = l*m[i]*y_ddot[i]" in texts[1]
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_no_sum_is_over_members_that_are_written_otherwise() -> None:
     text = written(indexed(CASES["beside a hub"], 50), "text", "reactions", {})
     assert "R_hub_x = " in text and " if i" not in text
@@ -166,7 +167,7 @@ def test_what_nothing_constrains_feels_no_force_of_constraint() -> None:
     assert "R_bead_x[i] = 0   [for i in range(N)]" in text
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_a_force_along_a_coordinate_does_not_tell_on_what_it_acts() -> None:
     with pytest.raises(
         UsageError, match=r"U contains the coordinate 'q\[0\]'; write it in positions.*cart\.x"
