@@ -167,8 +167,11 @@ class Stream(io.TextIOWrapper):
 
 
 def unheard(frame: FrameType | None) -> bool:
-    """Whether what is raised there is ignored: in a finalizer, or as hypothesis hears of garbage."""
+    """Whether what is raised there is ignored: in a finalizer, where weak references hear of what is gone, or
+    as hypothesis hears of garbage."""
     while frame is not None and frame.f_code.co_name not in ("__del__", "gc_callback"):
+        if frame.f_globals.get("__name__") in ("weakref", "_weakrefset"):
+            return True
         frame = frame.f_back
     return frame is not None
 
