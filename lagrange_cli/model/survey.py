@@ -30,7 +30,14 @@ from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import firsts_of, groups_by_name, parted, statements, written_by_family
+from lagrange_cli.spec.content import (
+    by_name,
+    firsts_of,
+    groups_by_name,
+    parted,
+    statements,
+    written_by_family,
+)
 from lagrange_cli.spec.order import leading_to
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
@@ -60,10 +67,13 @@ class Survey:
         self.parameters = self._parameters()
         self.coordinates = self._coordinates()
         of_multipliers, others = parted(spec.definitions, with_multipliers(spec))
-        of_particles, others = parted(others, spec.of_particles)
-        self._values("definition '{}'", others, self.values)
-        self._positions()
-        self._values("definition '{}'", of_particles, self.values)
+        definitions, self.positions = groups_by_name(others), dict[str, Quantity]()
+        positions = written_by_family(spec.embedding)
+        for name in spec.order:
+            if name in definitions:
+                self._values("definition '{}'", by_name({name: definitions[name]}), self.values)
+            elif name in positions:
+                self._place(name, positions[name])
         self.energy = self._energy()
         self.constraints: dict[str, Quantity] = {}
         self._values("constraint '{}'", spec.constraints, self.constraints)
@@ -191,14 +201,13 @@ class Survey:
                 quantity = velocity * self.time
         return quantity
 
-    def _positions(self) -> None:
-        self.positions: dict[str, Quantity] = {}
-        for name, several in written_by_family(self.spec.embedding).items():
-            for expression in distinct(several):
-                components = vector(self.value(expression, f"the position of '{name}'"))
-                found = self._position(components, expression, name)
-                found = self.positions[name] = joined([self.positions.get(name, found), found])
-                self.values[name] = (found,) * len(components)
+    def _place(self, name: str, several: list[Expression]) -> None:
+        """Add the position of a particle, or those of all members of a family, which may use one another."""
+        for expression in distinct(several):
+            components = vector(self.value(expression, f"the position of '{name}'"))
+            found = self._position(components, expression, name)
+            found = self.positions[name] = joined([self.positions.get(name, found), found])
+            self.values[name] = (found,) * len(components)
 
     def _position(self, components: tuple[Quantity, ...], expression: Expression, name: str) -> Quantity:
         """All components have one unit; that they are plain numbers says nothing."""
