@@ -58,6 +58,7 @@ positions:
   "c[i in range(N)]": "mid[i]"
   "p[i in range(N)]": "(sum(l*sin(th[j]) for j in range(i + 1)), -sum(l*cos(th[j]) for j in range(i + 1)))"
 potential: sum(p[i].y + 2*c[i].y for i in range(N))
+generalized_forces: {"th[i in range(N)]": "-0.1*mid[i].vx"}
 """,
 }
 

@@ -97,6 +97,20 @@ def test_places_that_follow_from_any_others(data: st.DataObject) -> None:
     )
 
 
+def test_definitions_have_velocities() -> None:
+    """Those of the particles that are there."""
+    use = """
+observables: {v: "reach.vx*middle.vy", w: 2*middle.vx}
+forces: {tip: ["-m*w*reach.vx", "-m*w*reach.vy", "-m*w*middle.vz"]}
+potential: m*w*middle.vx*mid.x
+"""
+    one = IN_COORDINATES.partition("potential")[0] + use
+    compare(one, one.replace("reach.v", "tip.v").replace("middle.v", "mid.v"))
+    survey = Survey(read_spec(one, "file"), SECOND)
+    assert survey.conflicts == []
+    assert survey.observables["w"].unit == read_unit("m/s")
+
+
 def test_a_surface_may_use_places_that_follow_from_others() -> None:
     spec = with_surface(read_spec(PLACES, "file"), "half.x - end.y + tip.vx")
     assert spec.events
