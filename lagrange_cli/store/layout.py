@@ -6,6 +6,7 @@ import math
 from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import limit, way_out
 from lagrange_cli.records import dataclass, field
@@ -126,7 +127,7 @@ class Layout:
         if size > 1e6 * limit("output"):
             many = f" of {members} members" if members > 1 else ""
             raise UsageError(
-                f"{samples} samples{many}, {self.row} bytes each, would take {size / 1e9:.3g} GB: "
+                f"{samples} samples{many}, {self.row} bytes each, would take {decimal(size / 1e9, 3)} GB: "
                 f"ask for fewer samples or outputs, {way_out('output')} (in MB)"
             )
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
@@ -197,7 +198,7 @@ def grid(text: str, asked: str) -> Array:
         raise UsageError(f"{asked}: a grid has at least 2 values, its ends; give a single value with --set")
     if count > MOST:
         raise UsageError(
-            f"{asked}: {count} values are more than the limit of {MOST:.0e} members: "
+            f"{asked}: {count} values are more than the limit of {scientific(MOST, 0)} members: "
             f"ask for fewer, {way_out('runs')}"
         )
     if logarithmic and not (start > 0 and stop > 0):
@@ -217,9 +218,9 @@ def distribution(text: str, asked: str) -> Distribution:
         raise UsageError(f"{asked}: {text!r} is not a distribution; write one of {known}{over}")
     kind, a, b = match[1], number(match[2], asked), number(match[3], asked)
     if kind in (LOGNORMAL, LOGUNIFORM) and a <= 0:
-        raise UsageError(f"{asked}: the first number of {kind} must be positive, not {a:g}")
+        raise UsageError(f"{asked}: the first number of {kind} must be positive, not {decimal(a)}")
     if kind in (NORMAL, LOGNORMAL) and b <= 0:
-        raise UsageError(f"{asked}: the width of {kind} must be positive, not {b:g}")
+        raise UsageError(f"{asked}: the width of {kind} must be positive, not {decimal(b)}")
     if kind in (UNIFORM, LOGUNIFORM) and b <= a:
         raise UsageError(f"{asked}: the upper limit must be greater than the lower one")
     return Distribution(kind, a, b)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import AUTO, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
@@ -135,5 +136,5 @@ def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
     if wrong.any():
         member = int(wrong.argmax())
         place = f" for member {member}" if values.members > 1 else ""
-        raise UsageError(f"--every {text}: a period is a positive number, not {made[member]:g}{place}")
+        raise UsageError(f"--every {text}: a period is a positive number, not {decimal(made[member])}{place}")
     return made
