@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import SupportsFloat
+
 
 def decimal(value: float, digits: int = 6) -> str:
     """``value`` in at most so many significant digits: ``0.5``, ``1e-6``, ``2.5e7``."""
@@ -13,7 +15,7 @@ def scientific(value: float, digits: int = 1) -> str:
     return _as_in_files(f"{value:.{digits}e}")
 
 
-def exact(value: float) -> str:
+def exact(value: SupportsFloat) -> str:
     """``value`` with all digits that tell it from other doubles."""
     return _as_in_files(repr(float(value)))
 

@@ -291,7 +291,7 @@ SAMPLED = "name: s\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - x**
         ),
         (
             ("sweep", "--over", "x=0.1:1:40001"),
-            "1 sample of 40001 members, 88 bytes each, would take 0.00352 GB: ask for fewer members or outputs",
+            "1 sample of 40001 members, 88 bytes each, would take 0.00352 GB: ask for fewer members or",
         ),
         (
             ("section", "--where", "x", "--crossings", "30001"),

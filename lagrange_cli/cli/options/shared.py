@@ -191,7 +191,7 @@ def shared_options(command: Command, size: Callable[[Command], Command] = SIZE) 
                 callback=parse_overrides,
                 shell_complete=SETTABLE,
                 help="Change a parameter or an initial value (theta, theta_dot); repeatable. "
-                "VALUE is a number or an expression in parameters.",
+                "VALUE is a number or an expression in parameters and constant definitions.",
             ),
             size,
             click.option(

@@ -112,7 +112,8 @@ def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
     from lagrange_cli.expression.columns import ColumnAlgebra
     from lagrange_cli.expression.parse import parse
     from lagrange_cli.expression.syntax import ExpressionError
-    from lagrange_cli.run.times import builder, check_names
+    from lagrange_cli.run.times import check_names
+    from lagrange_cli.spec.constants import builder
     from lagrange_cli.spec.ensemble import plain
 
     algebra = ColumnAlgebra(values.members)
