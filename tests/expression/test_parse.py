@@ -174,6 +174,7 @@ REFUSED = [
     ("atan2(x)", 0, 8, "1 instead of 2", "atan2(x, y)"),
     ("x^2", 1, 2, "'^'", "write ** for powers"),
     ("a +", 2, 3, "missing value after '+'", ""),
+    ("5%", 1, 2, "missing value after '%'", "write 5% as 0.05"),
     ("(a + )", 5, 6, "missing value after '+'", ""),
     ("*a", 0, 1, "missing value before '*'", ""),
     ("a,,b", 2, 3, "missing value after ','", ""),
