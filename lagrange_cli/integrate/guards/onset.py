@@ -31,7 +31,7 @@ EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 """Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 UNTOLD = 2.0**-50
-"""Changes of accelerations that rounding does not tell, beside their sum: friction may be a small part of it."""
+"""Changes of accelerations that are rounding, beside their sum: friction may be a small part of it."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
 COARSE, KNOWN = 2.0**-1, 2.0**5
