@@ -24,7 +24,7 @@ BLOCK = re.compile(
 
 VARYING = re.compile(
     r"(?<=^  (?:taylor|DOP853)) .*|(?<=: )(?:taylor|DOP853) at .*|(?<=\S) {2,}(?=\S)"
-    r"|\d+(?= steps)|\d+(?= kB)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])",
+    r"|\d+(?= steps)|\d+(?= kB)|\d\.\de[-+]?\d+|\d+\.\d{3}(?= s|[,)])",
     re.MULTILINE,
 )
 """What depends on the machine: steps, drifts, seconds, a row of ``bench`` with the width of its columns,

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import TooLarge, UsageError
 
 T = TypeVar("T")
@@ -189,7 +190,7 @@ def time_over() -> str:
     """The message when this process has used up its seconds; else nothing."""
     seconds = limit("seconds")
     return (
-        f"The time limit is reached: {VARIABLE}=seconds={seconds:g}"
+        f"The time limit is reached: {VARIABLE}=seconds={decimal(seconds)}"
         if time.monotonic() - _BEGAN >= seconds
         else ""
     )

@@ -172,5 +172,5 @@ def test_the_page_shows_the_layers_of_the_import_contract():
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     layers = re.search(r'containers = \["lagrange_cli"\]\nlayers = \[\n(.*?)\]', text, re.DOTALL)
     contract = [line.split(" | ") for line in re.findall(r'"(.*?)"', layers[1])]
-    shown = re.search(r"^```text\n(  cli .*?)^  errors", PAGE, re.MULTILINE | re.DOTALL)
+    shown = re.search(r"^```text\n(  cli .*?)^  decimals", PAGE, re.MULTILINE | re.DOTALL)
     assert [*map(str.split, shown[1].splitlines())] == contract

@@ -13,6 +13,7 @@ from lagrange_cli.api.given import finite_of, is_whole
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.plot import Shown, file_of, words
 from lagrange_cli.api.words import in_python
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.film import FRAMES, check_film
 from lagrange_cli.run.animate import find_folder, format_of, write
@@ -101,7 +102,7 @@ class Film:
         return f'<video controls loop width="{self._reel.size[0]}" src="{source}"></video>'
 
     def __repr__(self) -> str:
-        return f"<film of {self._reel.name}: {self.pictures} pictures, {self.seconds:.3g} s>"
+        return f"<film of {self._reel.name}: {self.pictures} pictures, {decimal(self.seconds, 3)} s>"
 
 
 def even_size(size: tuple[int, int] | None) -> tuple[int, int] | None:
@@ -165,11 +166,13 @@ def animate(
     times = {"speed": speed, "begin": begin, "end": end, "trail": trail}
     speed, begin, end, trail = (None if one is None else finite_of(name, one) for name, one in times.items())
     if not SLOWEST <= fps <= FASTEST:
-        raise UsageError(f"fps must be a number from {SLOWEST:g} to {FASTEST:g}, not {fps:g}")
+        raise UsageError(
+            f"fps must be a number from {decimal(SLOWEST)} to {decimal(FASTEST)}, not {decimal(fps)}"
+        )
     if speed is not None and not speed > 0:
-        raise UsageError(f"speed must be a number greater than 0, not {speed:g}")
+        raise UsageError(f"speed must be a number greater than 0, not {decimal(speed)}")
     if trail is not None and not trail >= 0:
-        raise UsageError(f"trail must be a number of at least 0, not {trail:g}")
+        raise UsageError(f"trail must be a number of at least 0, not {decimal(trail)}")
     asked = FilmRequest(fps, speed, begin, end, trail, words(panels), even_size(size))
     with ExitStack() as stack, Result(str(file_of(result, stack))) as opened:
         opened.name = os.fspath(result) if isinstance(result, (str, Path)) else opened.title

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.api.given import Value, Values, check_lengths, count_of, number_of, text_of, texts_of
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.api.words import in_python
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.run.bench import Ranking, entries_of, rank_methods
@@ -117,10 +118,12 @@ def bench(
 
     error, budget = number_of("error", error), number_of("budget", budget)
     if not SMALLEST_ERROR <= error <= LARGEST_ERROR:
-        raise UsageError(f"error must be from {SMALLEST_ERROR:g} to {LARGEST_ERROR:g}, not {error:g}")
+        raise UsageError(
+            f"error must be from {decimal(SMALLEST_ERROR)} to {decimal(LARGEST_ERROR)}, not {decimal(error)}"
+        )
     runs = count_of("runs", runs)
     if not budget > 0:
-        raise UsageError(f"budget must be a positive number of seconds, not {budget:g}")
+        raise UsageError(f"budget must be a positive number of seconds, not {decimal(budget)}")
     if isinstance(methods, str):
         methods = methods.split(",")
     overrides = texts_of("set", set)

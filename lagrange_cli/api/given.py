@@ -9,6 +9,7 @@ from decimal import Decimal
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from lagrange_cli.decimals import decimal, exact
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.integrate.precision import DOUBLE
@@ -40,11 +41,11 @@ def text_of(name: str, value: Any) -> str:
     if isinstance(value, Integral) and not isinstance(value, bool):
         return str(int(value))
     if isinstance(value, Real) and not isinstance(value, bool):
-        return repr(float(value))
+        return exact(value)
     if isinstance(value, Decimal) and value.is_finite():
         return str(value)
     if type(value).__module__.partition(".")[0] == "sympy" and getattr(value, "is_real", False):
-        return repr(float(value))
+        return exact(value)
     raise UsageError(f"{name} must be a number or an expression, not {value!r:.60}")
 
 
@@ -168,7 +169,7 @@ def finite_of(name: str, given: float) -> float:
     """A finite number; raises ``UsageError`` for anything else."""
     found = number_of(name, given)
     if not math.isfinite(found):
-        raise UsageError(f"{name} must be a finite number, not {found:g}")
+        raise UsageError(f"{name} must be a finite number, not {decimal(found)}")
     return found
 
 
@@ -180,8 +181,8 @@ def demand_of(certify: bool, digits: float | None, target_error: float | None) -
 
     wanted = DIGITS if digits is None else number_of("digits", digits)
     if not 1 <= wanted <= 15:
-        raise UsageError(f"digits must be a number from 1 to 15, not {wanted:g}")
+        raise UsageError(f"digits must be a number from 1 to 15, not {decimal(wanted)}")
     error = None if target_error is None else number_of("target_error", target_error)
     if error is not None and not error > 0:
-        raise UsageError(f"the target error must be a positive number, not {error:g}")
+        raise UsageError(f"the target error must be a positive number, not {decimal(error)}")
     return Demand(wanted, error)

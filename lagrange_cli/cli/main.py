@@ -20,6 +20,8 @@ from lagrange_cli.version import __version__
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+ARGUMENTS = {"begin": "from", "end": "to"}
+"""Options that have another name in Python, by that name."""
 COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
     "sweep": "Integrate many motions, over a grid, random numbers or a table.",
@@ -124,8 +126,8 @@ def unknown_option(error: click.NoSuchOption) -> click.UsageError:
     parameters = context.command.params if context else []
     options = [one for parameter in parameters for one in parameter.opts]
     names = [one[2:] for one in options if one.startswith("--")]
-    meant, _ = SOLVE.meant(word)
-    found = [meant] if meant in names else [one for one in names if len(word) > 1 and one.startswith(word)]
+    meant = [one for one in (ARGUMENTS.get(word), SOLVE.meant(word)[0]) if one in names][:1]
+    found = meant or [one for one in names if len(word) > 1 and one.startswith(word)]
     for parameter in parameters:  # --csv for --format csv
         if isinstance(parameter.type, click.Choice) and word in parameter.type.choices:
             found = [f"{parameter.opts[0][2:]} {word}"]

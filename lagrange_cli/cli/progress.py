@@ -9,6 +9,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from lagrange_cli.decimals import decimal
+
 DELAY = 0.5
 """Seconds before the line is first shown and between its updates."""
 PATIENCE = 2.0
@@ -188,7 +190,7 @@ class Progress(Line):
         if self.due():
             part = (t - self._start) / (self._stop - self._start)
             left = time_left(self._stop - t, rate)
-            self.say(f"{part:4.0%}  t = {t:.6g} of {self._stop:g}{left}", f"{part:4.0%}{left}")
+            self.say(f"{part:4.0%}  t = {decimal(t)} of {decimal(self._stop)}{left}", f"{part:4.0%}{left}")
 
 
 class Counter(Line):
@@ -203,7 +205,7 @@ class Counter(Line):
         rate = self._rate(done)
         if self.due():
             left = time_left(self._count - done, rate)
-            speed = f", {rate:.3g} per second" if rate else ""
+            speed = f", {decimal(rate, 3)} per second" if rate else ""
             part, counted = f"{done / self._count:4.0%}", f"  {done} of {self._count} {self._noun}"
             self.say(f"{part}{counted}{speed}{left}", f"{part}{counted}{left}", f"{part}{left}")
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from itertools import pairwise
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.drawing.curves import range_of
 from lagrange_cli.drawing.drawing import FREE, Camera, Drawing
 from lagrange_cli.drawing.scene import Place, Scene
@@ -124,9 +125,9 @@ class Section:
         low, high = self.ends(ends, where)
         if not low < high and len(self.problems.found) == before:
             message = (
-                f"the {where} ends at {high:g}, where it begins"
+                f"the {where} ends at {decimal(high)}, where it begins"
                 if low == high
-                else (f"the {where} goes from {low:g} down to {high:g}")
+                else (f"the {where} goes from {decimal(low)} down to {decimal(high)}")
             )
             self.problems.add_once(ends[0].place, message, "write the smaller value first")
         return low, high

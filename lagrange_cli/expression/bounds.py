@@ -11,6 +11,7 @@ import operator
 from collections.abc import Callable, Sequence
 from functools import reduce
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.algebra import Undecided
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.limits import whole
@@ -33,7 +34,8 @@ def check_exponent(value: float) -> None:
     """Raise ArithmeticError where a constant exponent is out of bounds."""
     if abs(value) > MAX_EXPONENT:
         raise ArithmeticError(
-            f"the exponent {value:g} is out of bounds (-{MAX_EXPONENT} to {MAX_EXPONENT}; limit 'exponent')"
+            f"the exponent {decimal(value)} is out of bounds (-{MAX_EXPONENT} to {MAX_EXPONENT}; "
+            "limit 'exponent')"
         )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from lagrange_cli.decimals import decimal
+
 
 def tangent(f: Any, sign: int) -> list[Any]:
     """tan (sign 1) and tanh (sign -1) with their derivatives: f' = 1 + sign f^2."""
@@ -15,7 +17,7 @@ def tangent(f: Any, sign: int) -> list[Any]:
 def arc(m: Any, x: Any) -> list[Any]:
     """The derivatives of asin; raises ``ArithmeticError`` where it has none."""
     if abs(x) == 1:
-        raise ArithmeticError(f"asin and acos have no slope at {float(x):g}")
+        raise ArithmeticError(f"asin and acos have no slope at {decimal(float(x))}")
     root = 1 / m.sqrt(1 - x * x)
     return [root, x * root**3, (1 + 2 * x * x) * root**5]
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import mpmath
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import BeyondDoubles
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
@@ -204,7 +205,7 @@ class LongNumberAlgebra(NumberAlgebra):
             raise OverflowError
         value = getattr(_CONTEXT, name)(*map(_CONTEXT.mpf, arguments))
         if not isinstance(value, _CONTEXT.mpf):
-            shown = ", ".join(f"{float(argument):.6g}" for argument in arguments)
+            shown = ", ".join(decimal(float(argument)) for argument in arguments)
             raise ArithmeticError(f"{name}({shown}) is not a real number")
         return value
 

@@ -130,7 +130,8 @@ class Lists(Cursor, ABC):
             span = last.span if token.kind == "end" and last else token.span
         else:
             where, span = f"before '{token.text}'", token.span
-        self.structural(span, f"missing value {where}", "complete the expression")
+        hint = "write 5% as 0.05" if last and last.text == "%" else "complete the expression"
+        self.structural(span, f"missing value {where}", hint)
         return Number("1", token.span)
 
     def unopened(self, token: Token) -> None:

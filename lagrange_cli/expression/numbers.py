@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, TypeVar
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.expression.build import Scope, build
 from lagrange_cli.expression.syntax import ExpressionError, Tree
@@ -47,7 +48,7 @@ class NumberAlgebra(Decided):
         try:
             return self.FUNCTIONS[name](*arguments)
         except ValueError as error:
-            shown = ", ".join(f"{argument:.6g}" for argument in arguments)
+            shown = ", ".join(decimal(argument) for argument in arguments)
             raise ArithmeticError(f"{name}({shown}) is not a real number") from error
 
     def finite(self, tree: Tree, value: Any, *, fades: bool = False) -> Any:

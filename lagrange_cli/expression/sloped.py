@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.expression.derivatives import FUNCTIONS, powers
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
@@ -192,11 +193,11 @@ class SlopedAlgebra(Decided):
         if name == "sqrt":
             return composed(tried(powers, x.value, 0.5), x)
         if (name == "log" and x.value <= 0) or (name in ("asin", "acos") and abs(x.value) > 1):
-            raise ArithmeticError(f"{name}({float(x.value):.6g}) is not a real number")
+            raise ArithmeticError(f"{name}({decimal(float(x.value))}) is not a real number")
         try:
             return composed(FUNCTIONS[name](self.m, x.value), x)
         except ValueError as error:
-            raise ArithmeticError(f"{name}({float(x.value):.6g}) is not a real number") from error
+            raise ArithmeticError(f"{name}({decimal(float(x.value))}) is not a real number") from error
 
     def _angle(self, y: Sloped, x: Sloped) -> Sloped:
         square = x.value * x.value + y.value * y.value

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.expression.vocabulary import as_in_files
 
 SUM, PRODUCT, POWER = 0, 1, 2
 """How tightly operators bind."""
@@ -34,8 +34,8 @@ def number_text(value: float) -> str:
     value = float(value)
     for sign, multiple in (("*", value / math.pi), ("/", value * math.pi)):
         if value and abs(multiple * TWELFTHS - round(multiple * TWELFTHS)) < 1e-12 * abs(multiple):
-            return "pi" if multiple == 1 and sign == "*" else f"{multiple:.12g}{sign}pi"
-    return as_in_files(f"{value:.12g}")
+            return "pi" if multiple == 1 and sign == "*" else f"{decimal(multiple, 12)}{sign}pi"
+    return decimal(value, 12)
 
 
 def _text(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tuple[str, int]:

@@ -86,9 +86,3 @@ def member_name(identifier: str, indices: Iterable[object]) -> str:
 def family_name(name: str) -> str:
     """The name without component and index: ``bob`` for ``bob[2].x``."""
     return name.partition("[")[0].partition(".")[0]
-
-
-def as_in_files(digits: str) -> str:
-    """A decimal number that Python has written, as files have it: ``1e-9`` for ``1e-09``."""
-    mantissa, e, exponent = digits.partition("e")
-    return f"{mantissa}e{int(exponent)}" if e else digits

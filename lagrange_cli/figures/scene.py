@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.drawing.drawing import Drawing, Line, Locus
 from lagrange_cli.drawing.evaluate import locus, points, sizes
 from lagrange_cli.figures.solids import seen
@@ -313,4 +314,4 @@ class Scene:
 
 def shown_time(t: float) -> str:
     """Three digits, and all before the point up to a million."""
-    return f"{t:.0f}" if 1e3 <= abs(t) < 1e6 else f"{t:.3g}"
+    return f"{t:.0f}" if 1e3 <= abs(t) < 1e6 else decimal(t, 3)

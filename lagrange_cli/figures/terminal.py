@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import MissingPackage
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel, drawable
 from lagrange_cli.figures.style import plain
@@ -68,7 +69,7 @@ def label_ticks(plotext: Any, panel: Panel) -> None:
     low, high = min(map(np.nanmin, curves)), max(map(np.nanmax, curves))
     if high > low:
         ticks, grain = np.linspace(low, high, 5).tolist(), (high - low) / 500
-        plotext.yticks(ticks, [f"{0.0 if abs(tick) < grain else tick:.3g}" for tick in ticks])
+        plotext.yticks(ticks, [decimal(0.0 if abs(tick) < grain else tick, 3) for tick in ticks])
 
 
 def draw(plotext: Any, curve: Curve, logarithmic: str) -> int:

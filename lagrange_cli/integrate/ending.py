@@ -34,7 +34,7 @@ class Ending(Enum):
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
-    NO_CROSSING = "no further crossing was found"
+    NO_CROSSING = "the search for a further crossing ended"
     OFF_CONSTRAINTS = "no state near the one set by an action satisfies the constraints"
     NO_MASS = "a mass is no longer greater than 0"
     CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"

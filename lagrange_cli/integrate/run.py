@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Pipelined
@@ -166,16 +167,16 @@ def certified(end: End, certificate: Certificate) -> End:
 def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
     """How the motion that began at ``start`` ended, for the user, with time and state where it went wrong."""
     if end.ending is Ending.COMPLETE:
-        return f"{end.ending.value}, t = {end.t:.6g}"
+        return f"{end.ending.value}, t = {decimal(end.t)}"
     if end.ending is Ending.STOPPED:
-        return f"{end.ending.value}, {end.detail}, at t = {end.t:.9g}"
+        return f"{end.ending.value}, {end.detail}, at t = {decimal(end.t, 9)}"
     if end.ending in (Ending.INTERRUPTED, Ending.TARGET_MISSED):
-        return f"{end.ending.value} at t = {end.t:.6g}"
+        return f"{end.ending.value} at t = {decimal(end.t)}"
     if end.ending is Ending.INCONSISTENT:
         return f"{end.ending.value}"
-    shown = [f"{name} = {value:.6g}" for name, value in zip(coordinates, end.state)]
+    shown = [f"{name} = {decimal(value)}" for name, value in zip(coordinates, end.state)]
     shown += [
-        f"{velocity_name(name)} = {value:.6g}"
+        f"{velocity_name(name)} = {decimal(value)}"
         for name, value in zip(coordinates, end.state[len(coordinates) :])
     ]
     listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
@@ -183,5 +184,5 @@ def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
     ending = (end.cause and end.cause.ending) or end.ending
     way_out = ending.way_out(at_start=end.t == start)
     if end.cause is not None:
-        return f"{end.cause.text} at t = {end.cause.t:.9g}, where {listed}; {way_out}"
-    return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}; {way_out}"
+        return f"{end.cause.text} at t = {decimal(end.cause.t, 9)}, where {listed}; {way_out}"
+    return f"{end.ending.value} at t = {decimal(end.t, 9)}, where {listed}{detail}; {way_out}"

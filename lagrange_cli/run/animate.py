@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
@@ -178,6 +179,6 @@ def told(reel: Reel, made: Made) -> str:
     """The description of a film: ``600 pictures, 20 s, t goes at 3 d a second``."""
     unit = f" {reel.unit}" if reel.unit else ""
     real = reel.speed == 1 and reel.unit in ("", "s")
-    pace = "in real time" if real else f"t advances by {reel.speed:g}{unit} a second"
+    pace = "in real time" if real else f"t advances by {decimal(reel.speed)}{unit} a second"
     many = f"{made.pictures} picture{'s' * (made.pictures != 1)}"
-    return f"{many}, {made.seconds:.3g} s, {pace}"
+    return f"{many}, {decimal(made.seconds, 3)} s, {pace}"

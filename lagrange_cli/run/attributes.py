@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
 from lagrange_cli.run.start import NOTHING
@@ -143,7 +144,7 @@ def doubt(outcome: Outcome, settings: Settings) -> str | None:
     """The warnings about the result: a drift of h, a motion too small for the tolerance, forces that may have
     been missed, values that are not finite, outputs that were left out."""
     drifts = not_finite(outcome), drifting(outcome, settings.tolerance), unresolved(outcome, settings)
-    unknown = {path: f"at t = {t:.9g}" for path, t in outcome.unknown.items()}
+    unknown = {path: f"at t = {decimal(t, 9)}" for path, t in outcome.unknown.items()}
     return joined(*drifts, *missed(outcome, settings), without_value(unknown), *without_outputs(outcome))
 
 
@@ -179,7 +180,7 @@ def doubt_of_all(outcome: EnsembleOutcome, settings: Settings) -> str | None:
     """The same for an ensemble, without large drifts, whose scale is not known."""
     alone = len(outcome.endings) == 1
     unknown = {
-        path: f"{'' if alone else f'in member {member} '}at t = {t:.9g}"
+        path: f"{'' if alone else f'in member {member} '}at t = {decimal(t, 9)}"
         for path, (member, t) in outcome.unknown.items()
     }
     told = not_finite(outcome), *missed(outcome, settings), without_value(unknown), *without_outputs(outcome)
@@ -222,8 +223,10 @@ def unresolved(outcome: Outcome, settings: Settings) -> str | None:
     if not (method.absolute and 0.0 < extent < min(SMALL, COARSE * tolerance)):
         return None
     return (
-        f"{method.name} allows errors of {tolerance:.1e} in coordinates and velocities smaller than 1, and "
-        f"none exceeds {extent:.1e}: choose units in which they are larger, or the Taylor method, whose "
+        f"{method.name} allows errors of {scientific(tolerance)} in coordinates and velocities "
+        "smaller than 1, and "
+        f"none exceeds {scientific(extent)}: choose units in which they are larger, or the "
+        "Taylor method, whose "
         "tolerance is relative"
     )
 
@@ -236,7 +239,8 @@ def drifting(outcome: Outcome, tolerance: float) -> str | None:
     if drift <= max(max(WORTH_A_WORD, LOOSELY * tolerance) * size, LOOSELY * outcome.h_rounding):
         return None
     return (
-        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, although it is conserved; a narrow force "
+        f"h drifted by {scientific(drift)}, {scientific(drift / size)} of its size, although it "
+        "is conserved; a narrow force "
         "may have been missed, or h is a small difference of large numbers: do not rely on the result until "
         "a smaller --tolerance, another --method or --certify confirms it"
     )

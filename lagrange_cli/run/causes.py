@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.indices import Indices, holds, known_indices
 from lagrange_cli.expression.loops import narrowed
@@ -124,7 +125,10 @@ def outside(spec: Spec, values: Mapping[str, Dual]) -> Iterator[str]:
         if isinstance(border.whole, Call) and border.ends:
             beyond = abs(value) > 1.0 if len(border.ends) > 1 else value < 0.0
             if beyond and border.whole is not border.argument:
-                yield f"{text(expression, border.argument)} is {value:g}{place(expression, border, indices)}"
+                yield (
+                    f"{text(expression, border.argument)} is "
+                    f"{decimal(value)}{place(expression, border, indices)}"
+                )
 
 
 def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expression, Border, Indices, Dual]]:
@@ -201,7 +205,7 @@ def sentence(expression: Expression, border: Border, end: float, indices: Indice
         return f"the denominator {argument} reaches 0{place(expression, border, indices)}"
     if border.whole is border.argument:
         return f"{argument} reaches 0{place(expression, border, indices)}"
-    return f"{argument} reaches {end:g}{place(expression, border, indices)}"
+    return f"{argument} reaches {decimal(end)}{place(expression, border, indices)}"
 
 
 def place(expression: Expression, border: Border, indices: Indices) -> str:

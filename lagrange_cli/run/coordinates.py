@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import scientific
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.vocabulary import family_name
@@ -54,7 +55,7 @@ class Covariance:
         verdict = "keep their form" if self.agrees else "DIFFER"
         return (
             f"the equations {verdict}: compared with those in {', '.join(self.old)} at {self.states} random "
-            f"states, largest relative difference {self.difference:.1e}"
+            f"states, largest relative difference {scientific(self.difference)}"
         )
 
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
@@ -203,7 +204,7 @@ def refusal(spec: Spec, values: Values, t: float, lost: SpecError | None = None)
         _, expression, border, value = min(found, key=lambda one: one[0])
         argument = text(expression, border.argument)
         whole = text(expression, border.whole)
-        message = f"{whole} has no value where the motion begins: {argument} is {value:g}"
+        message = f"{whole} has no value where the motion begins: {argument} is {decimal(value)}"
         return source.error(expression.at(border.whole.span), message, hint)
     if lost is not None:
         return lost

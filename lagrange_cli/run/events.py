@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.decimals import decimal, scientific
+
 if TYPE_CHECKING:
     from lagrange_cli.integrate.events import Happened
     from lagrange_cli.integrate.prepared import Prepared
@@ -118,7 +120,9 @@ def rests(family: Family, happened: Sequence[Happened]) -> Iterator[str]:
     ]
     if len(ends) > 1:
         (first, *_), (last, *_) = min(ends), max(ends)
-        when = f"t = {first:.9g}" if first == last else f"t = {first:.9g} to {last:.9g}"
+        when = (
+            f"t = {decimal(first, 9)}" if first == last else f"t = {decimal(first, 9)} to {decimal(last, 9)}"
+        )
         again = ", for the first time" if any(times > 1 for *_, times in ends) else ""
         members = f"{len(ends)} of {len(happened)} members"
         yield (
@@ -129,7 +133,7 @@ def rests(family: Family, happened: Sequence[Happened]) -> Iterator[str]:
     for t, name, times in ends:
         more = "" if times == 1 else f", the first of {times} such times"
         yield (
-            f"event '{name}': infinitely many accumulate at t = {t:.9g}{more}; "
+            f"event '{name}': infinitely many accumulate at t = {decimal(t, 9)}{more}; "
             "from then on the motion rests there"
         )
 
@@ -150,7 +154,7 @@ def touching(one: Happened) -> str:
     times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
     return (
         f"its expression touches 0 without a clear change of sign "
-        f"at t = {one.grazes:.9g}{times}; whether that counts depends on rounding"
+        f"at t = {decimal(one.grazes, 9)}{times}; whether that counts depends on rounding"
     )
 
 
@@ -158,8 +162,8 @@ def blurred(one: Happened) -> str:
     """A message about zeros whose times rounding makes uncertain, or nothing."""
     if one.blurred is None:
         return ""
-    off = f"may be off by {one.error:.1e}" if math.isfinite(one.error) else "is not determined"
+    off = f"may be off by {scientific(one.error)}" if math.isfinite(one.error) else "is not determined"
     return (
-        f"at t = {one.blurred:.9g} its expression and its rate are both 0 up to rounding (a multiple "
+        f"at t = {decimal(one.blurred, 9)} its expression and its rate are both 0 up to rounding (a multiple "
         f"zero): the time {off}"
     )

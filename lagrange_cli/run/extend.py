@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
 from lagrange_cli.records import replace
@@ -82,12 +83,13 @@ def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
         if stop == now["stop"]:
             return None
         raise FileError(
-            f"{shown} contains a run to t = {stop:g}: --resume continues to that time or a later one; "
+            f"{shown} contains a run to t = {decimal(stop)}: --resume continues to that time or a later one; "
             "--force starts again, --output names another"
         )
     if before["step"] != now["step"]:
         raise FileError(
-            f"{shown} has a sample every {abs(before['step']):g}, not every {abs(now['step']):g}: "
+            f"{shown} has a sample every {decimal(abs(before['step']))}, not every "
+            f"{decimal(abs(now['step']))}: "
             "to continue it, leave out --samples and --step; --force starts again, --output names another"
         )
     return texts[0]
@@ -111,7 +113,7 @@ def refuse_other_kinds(target: Target, head: Mapping[str, Any], made_by: Mapping
         **dict.fromkeys(NUMBERS, 0),
     }:
         stop = before.get("stop")
-        until = f"{stop:.10g}" if isinstance(stop, float) else stop
+        until = decimal(stop, 10) if isinstance(stop, float) else stop
         raise FileError(
             f"{target.shown} contains {kind} to t = {until}, which cannot be extended: "
             f"{again}--force in place of --resume starts again, --output names another"

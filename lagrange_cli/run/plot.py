@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import near_match, shown
 from lagrange_cli.figures.panels import Curve, Page, Panel
@@ -121,7 +122,7 @@ def note_of(results: Sequence[Result]) -> str:
         if one.kind == "motion" and told.get("status") not in ("complete", "stopped"):
             notes.append(f"{Path(one.name).name}: {told.get('message', told.get('status', 'interrupted'))}")
         if (until := opened_until(one)) is not None:
-            notes.append(f"pale where six digits can no longer be trusted, from t = {until:g} on")
+            notes.append(f"pale where six digits can no longer be trusted, from t = {decimal(until)} on")
     return "; ".join(notes)
 
 

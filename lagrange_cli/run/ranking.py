@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.integrate.methods.table import TAYLOR
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.records import fields_of
@@ -25,23 +26,24 @@ def as_text(ranking: Ranking) -> str:
     times = reference.times
     lines = [
         f"{ranking.name}: {count_of(ranking.degrees, 'degree')} of freedom, "
-        f"t = {times.start:g} to {times.stop:g}, {times.count} samples",
+        f"t = {decimal(times.start)} to {decimal(times.stop)}, {times.count} samples",
         f"  reference: Taylor series of order {HIGHEST_ORDER}, {count_of(reference.steps, 'step')}; "
-        f"its error is about {reference.error:.1e}",
+        f"its error is about {scientific(reference.error)}",
     ]
     if reference.reason:
         lines.append(
-            f"  compared up to t = {times.stop:g}, instead of {reference.asked:g}: {reference.reason}"
+            f"  compared up to t = {decimal(times.stop)}, instead of {decimal(reference.asked)}: "
+            f"{reference.reason}"
         )
     best = choose(ranking.results, ranking.wanted)
     chosen = "none" if best.result is None else str(best.result.contender)
-    recommended = f"  for an error of {ranking.wanted:g}: {chosen} ({best.because})"
+    recommended = f"  for an error of {decimal(ranking.wanted)}: {chosen} ({best.because})"
     return "\n".join([*lines, "", *aligned([HEADER, *map(row, ranking.results)]), "", recommended])
 
 
 def row(result: Result) -> tuple[str, ...]:
     """A line of the table; what has no figures has its reason in their place."""
-    named = (result.contender.method, f"{result.contender.tolerance:.2g}")
+    named = (result.contender.method, decimal(result.contender.tolerance, 2))
     if result.seconds is None or result.error is None:
         return (*named, f"{result.status}: {result.message}" if result.status != "cut" else result.message)
     bound = "<= " if result.bounded else ""
@@ -50,8 +52,8 @@ def row(result: Result) -> tuple[str, ...]:
         str(result.steps),
         str(result.evaluations),
         f"{1e3 * result.seconds:.2f}",
-        f"{bound}{result.error:.1e}",
-        "-" if result.h_drift is None else f"{result.h_drift:.1e}",
+        f"{bound}{scientific(result.error)}",
+        "-" if result.h_drift is None else scientific(result.h_drift),
     )
 
 
@@ -116,7 +118,7 @@ def curves_of(ranking: Ranking) -> Picture:
     best = choose(ranking.results, ranking.wanted).result
     times = ranking.reference.times
     return Picture(
-        title=f"{ranking.name}, t = {times.start:g} to {times.stop:g}",
+        title=f"{ranking.name}, t = {decimal(times.start)} to {decimal(times.stop)}",
         error_label="largest error of q, relative to its size",
         curves=tuple(Curve(name, tuple(points)) for name, points in by_method.items()),
         floor=ranking.reference.error,

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass, replace
@@ -106,7 +107,7 @@ def with_members(path: Path, spec: Spec, found: Made, stage: Stage, member: int 
         listed.append({"number": number, "values": changing | state})
     differing = [name for name in listed[0]["values"] if len({one["values"][name] for one in listed}) > 1]
     for one in listed:
-        shown = ", ".join(f"{name} = {one['values'][name]:.{DIGITS}g}" for name in differing[:6])
+        shown = ", ".join(f"{name} = {decimal(one['values'][name], DIGITS)}" for name in differing[:6])
         one["label"] = f"{one['number'] + 1} of {count}: {shown}"
     first = listed[0]["values"]
     parameters = {**found.parameters, **{name: first[name] for name in varied}}

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def refusal(spec: Spec, root: Root, expression: Expression, border: Border, valu
     whole, argument = text(expression, border.whole), text(expression, border.argument)
     lacks = "derivative" if root.divided else "Taylor series"
     shown = "it" if border.whole is border.argument else argument
-    message = f"{whole} has no {lacks} where the motion begins: {shown} is {value:g}"
+    message = f"{whole} has no {lacks} where the motion begins: {shown} is {decimal(value)}"
     hint = "start from another state"
     if root.passes and not root.divided:
         hint += f", or write max(0, {argument}) if there is no force beyond"

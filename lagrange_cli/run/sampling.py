@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec, grouped
@@ -97,11 +98,12 @@ def within(
     for option, t in (("from", begin), ("to", end)):
         if not min(ends) <= t <= max(ends):
             raise UsageError(
-                f"--{option} {t:g}: the motion of {name} goes from t = {ends[0]:g} to {ends[1]:g}"
+                f"--{option} {decimal(t)}: the motion of {name} goes from t = {decimal(ends[0])} "
+                f"to {decimal(ends[1])}"
             )
     if (end - begin) * (ends[1] - ends[0]) < 0:
-        message = f"the motion goes from t = {ends[0]:g} to {ends[1]:g}: exchange the two times"
-        raise UsageError(f"--from {begin:g} --to {end:g}: {message}")
+        message = f"the motion goes from t = {decimal(ends[0])} to {decimal(ends[1])}: exchange the two times"
+        raise UsageError(f"--from {decimal(begin)} --to {decimal(end)}: {message}")
     return begin, end
 
 

@@ -3,21 +3,19 @@ and in definitions that are constant."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import replace
-from lagrange_cli.spec.content import groups_by_name, statements
-from lagrange_cli.spec.whole import WrittenFamily
+from lagrange_cli.spec.content import groups_by_name
 
 if TYPE_CHECKING:
-    from lagrange_cli.expression.algebra import Algebra
-    from lagrange_cli.expression.build import Builder
     from lagrange_cli.expression.syntax import Tree
     from lagrange_cli.spec.spec import SolveDefaults, Spec
 
 CONSTANT = "times are numbers, or expressions in parameters"
+COMMON = "all members have the same times"
 
 
 def with_times(
@@ -57,11 +55,15 @@ def time_of(name: str, text: str, spec: Spec, parameters: Mapping[str, float], *
         raise UsageError(f"--{name} {text}: {error.message}{hint}") from error
 
 
-def check_names(tree: Tree, spec: Spec, parameters: Collection[str]) -> None:
-    """Raise ``ExpressionError`` at a name that is no constant, or one in which members differ."""
+def check_names(
+    tree: Tree, spec: Spec, parameters: Collection[str], constant: str = CONSTANT, common: str = COMMON
+) -> None:
+    """Raise ``ExpressionError`` at a name that is not ``constant``, or one in which members differ, where a
+    value is ``common`` to them: these are the hints."""
     from lagrange_cli.expression.near import known_hint, near_hint
     from lagrange_cli.expression.syntax import ExpressionError, names
     from lagrange_cli.expression.vocabulary import CONSTANTS, family_name, velocity_name
+    from lagrange_cli.spec.constants import made_of
     from lagrange_cli.spec.roles import role
     from lagrange_cli.spec.surface import check_constant
 
@@ -72,71 +74,33 @@ def check_names(tree: Tree, spec: Spec, parameters: Collection[str]) -> None:
         if one.identifier in (families if one.indices else plain):
             continue
         if one.base in groups_by_name(spec.definitions):
-            check_constant(one, spec, CONSTANT)
+            check_constant(one, spec, constant)
             differing = made_of([one.base], spec) & {*map(family_name, everything)} - families
             if differing:
                 message = f"'{one.base}' differs between the members of the sweep, as '{min(differing)}' does"
-                raise ExpressionError(one.span, message, "all members have the same times")
+                raise ExpressionError(one.span, message, common)
             continue
         if one.identifier in families:
             message = f"'{one.identifier}' is a list of parameters"
             raise ExpressionError(one.span, message, f"take one of them, as {one.identifier}[0]")
         if one.identifier in {*map(family_name, everything)}:
             message = f"'{one.identifier}' differs between the members of the sweep"
-            raise ExpressionError(one.span, message, "all members have the same times")
+            raise ExpressionError(one.span, message, common)
         if one.identifier in state | set(map(velocity_name, state)):
             message = f"'{one.identifier}' is not constant"
-            raise ExpressionError(one.span, message, CONSTANT)
+            raise ExpressionError(one.span, message, constant)
         if what := role(spec, one.identifier):
             message = f"'{one.identifier.partition('.')[0]}' is {what}"
-            raise ExpressionError(one.span, message, CONSTANT)
+            raise ExpressionError(one.span, message, constant)
         message = f"unknown name '{one.identifier}'"
         raise ExpressionError(one.span, message, near_hint(one.identifier, plain) or known_hint(everything))
-
-
-def made_of(bases: Iterable[str], spec: Spec) -> set[str]:
-    """These names and all that they are made of, families without indices."""
-    from lagrange_cli.expression.syntax import names
-
-    definitions = groups_by_name(spec.definitions)
-    found, pending = set[str](), [*bases]
-    while pending:
-        base = pending.pop()
-        if base not in found:
-            found.add(base)
-            for written in statements(definitions[base]) if base in definitions else ():
-                pending += (one.base for one in names(written.tree))
-    return found
-
-
-def builder(tree: Tree, spec: Spec, parameter: Callable[[str], Any], algebra: Algebra[Any]) -> Builder:
-    """What builds a ``tree`` of parameters, which ``parameter`` gives the values of, and definitions."""
-    from lagrange_cli.expression.build import Builder
-    from lagrange_cli.expression.syntax import names
-    from lagrange_cli.expression.vocabulary import COMPONENTS
-
-    values: dict[str, Any] = {}
-
-    def scope(name: str) -> Any:
-        base, _, component = name.partition(".")
-        if base not in values:
-            return parameter(name)
-        return values[base][COMPONENTS.index(component)] if component else values[base]
-
-    found = Builder(scope, algebra, spec.sizes)
-    needed = made_of((one.base for one in names(tree)), spec)
-    for name, group in groups_by_name(spec.definitions).items():  # each uses only earlier ones
-        if name in needed:
-            members = zip(group.names, group) if isinstance(group, WrittenFamily) else [(name, group)]
-            for member, one in members:
-                values[member] = found.build(one.tree, one.indices)
-    return found
 
 
 def evaluated(tree: Tree, spec: Spec, parameters: Mapping[str, float], *, exact: bool) -> float:
     """The value of an expression whose names are known."""
     from lagrange_cli.expression.build import NoMember
     from lagrange_cli.expression.numbers import NumberAlgebra
+    from lagrange_cli.spec.constants import builder
 
     algebra = NumberAlgebra()
     if exact:

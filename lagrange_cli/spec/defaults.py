@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.syntax import ExpressionError, names
 from lagrange_cli.expression.vocabulary import CONSTANTS
@@ -38,7 +39,7 @@ def judge(solve: SolveDefaults, problems: Problems) -> None:
     places = solve.places
     start = 0.0 if solve.start is None else solve.start
     if solve.stop == start and "start" not in solve.pending:
-        message = f"the motion stops where it starts, at t = {start:g}"
+        message = f"the motion stops where it starts, at t = {decimal(start)}"
         problems.add_once(places["stop"], message, "give another time")
     backward = solve.stop is not None and solve.stop < start
     for key in ("step", "tolerance"):
@@ -47,7 +48,7 @@ def judge(solve: SolveDefaults, problems: Problems) -> None:
         if value is not None and value <= 0 and not backward_step:
             example = {"step": "0.01", "tolerance": "1e-12"}[key]
             problems.add_once(
-                places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: {example}"
+                places[key], f"{key} must be greater than 0, not {decimal(value)}", f"write {key}: {example}"
             )
     if solve.samples is not None and solve.samples < 2:
         problems.add_once(

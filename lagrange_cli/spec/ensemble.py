@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.decimals import exact
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.columns import Column, ColumnAlgebra
 from lagrange_cli.records import dataclass, field, replace
@@ -139,7 +140,7 @@ def member_values(
     spec: Spec, overrides: Mapping[str, str], columns: Mapping[str, Array], member: int
 ) -> Values:
     """The numbers of one member by itself, as ``--set`` would give them."""
-    own = {name: repr(float(values[member])) for name, values in columns.items()}
+    own = {name: exact(values[member]) for name, values in columns.items()}
     return resolve_values(spec, {**overrides, **own})
 
 

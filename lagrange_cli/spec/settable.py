@@ -79,11 +79,11 @@ def unsettable(spec: Spec, name: str, value: str, known: list[str]) -> str:
 
 def parsed(spec: Spec, name: str, text: str) -> Tree:
     """The expression that ``name`` is set to. Raises ``UsageError`` where it is none, or contains more than
-    parameters and sizes, and definitions that are constant if it is an initial value."""
+    parameters, sizes and definitions that are constant."""
     try:
         tree = parse(text)
         for one in names(tree):
-            if one.base in groups_by_name(spec.definitions) and name not in names_of(spec.parameters):
+            if one.base in groups_by_name(spec.definitions):
                 from lagrange_cli.spec.surface import check_constant
 
                 check_constant(one, spec, NUMBERS)

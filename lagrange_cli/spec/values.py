@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
@@ -274,7 +275,7 @@ def _check_mass(evaluation: Evaluation, particle: str, mass: Expression) -> None
     if value is not None and not evaluation.algebra.positive(value):
         span = Span(0, len(mass.text))
         hint = "masses are greater than 0; leave out a particle without mass"
-        error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
+        error = ExpressionError(span, f"the value {decimal(float(value))} is not positive", hint)
         evaluation.blame(mass, error, f"mass of '{particle}'")
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import limit, way_out
 from lagrange_cli.records import dataclass, field
@@ -120,14 +121,17 @@ class Layout:
         """The bytes of a sample of all series, and of its time."""
         return BYTES * (1 + sum(math.prod(series.shape) for series in self.series))
 
-    def check_size(self, samples: int, members: int = 1) -> None:
-        """Raise ``UsageError`` where so many samples of each of the members take more than is allowed."""
+    def check_size(self, samples: int, members: int = 1, *, noun: str = "sample") -> None:
+        """Raise ``UsageError`` where so many samples of each of the members take more than is allowed; its
+        message calls a sample by this ``noun``."""
         size = samples * members * self.row
         if size > 1e6 * limit("output"):
             many = f" of {members} members" if members > 1 else ""
+            fewer = ["members"] * (members > 1) + [f"{noun}s"] * (samples > 1)
             raise UsageError(
-                f"{samples} samples{many}, {self.row} bytes each, would take {size / 1e9:.3g} GB: "
-                f"ask for fewer samples or outputs, {way_out('output')} (in MB)"
+                f"{samples} {noun}{'s' * (samples != 1)}{many}, {self.row} bytes each, would take "
+                f"{decimal(size / 1e9, 3)} GB: ask for fewer {', '.join(fewer)} or outputs, "
+                f"{way_out('output')} (in MB)"
             )
 
     def crossing_rows(self) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy
 
-from lagrange_cli.expression.vocabulary import as_in_files
+from lagrange_cli.decimals import exact
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.symbolic.work import charge, folded, size_of
 
@@ -170,7 +170,7 @@ def base_and_exponent(factor: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
 def digits_of(value: Fraction) -> str:
     """A decimal number with the digits of a double; an integer beyond those with all of its own."""
     try:
-        return as_in_files(repr(float(value)))
+        return exact(value)
     except OverflowError:
         return str(value.numerator // value.denominator)
 

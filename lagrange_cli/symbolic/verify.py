@@ -22,6 +22,7 @@ from typing import Any
 
 import mpmath
 
+from lagrange_cli.decimals import scientific
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.records import dataclass, field
@@ -76,7 +77,7 @@ class Verification:
         of = f"of {self.quantity}, {self.routes}" if self.directly else f"in {self.quantity}"
         where = ", ".join(f"{count} {where}" for where, count in self.counted.items())
         return (
-            f"{compared} equations {verdict}: largest relative difference {self.difference:.1e} "
+            f"{compared} equations {verdict}: largest relative difference {scientific(self.difference)} "
             f"({of}) over {self.states} states: {where}"
         )
 

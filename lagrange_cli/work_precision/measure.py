@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from statistics import median
 from typing import TYPE_CHECKING
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.records import dataclass
@@ -25,7 +26,7 @@ class Contender:
     tolerance: float
 
     def __str__(self) -> str:
-        return f"{self.method} at {self.tolerance:.2g}"
+        return f"{self.method} at {decimal(self.tolerance, 2)}"
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def measure(
     outcome = first.outcome
     if outcome.ending is not Ending.COMPLETE:
         cut = outcome.ending is Ending.INTERRUPTED
-        late = f"stopped after {rules.budget:g} s (--budget) at t = {outcome.t:.3g}"
+        late = f"stopped after {decimal(rules.budget)} s (--budget) at t = {decimal(outcome.t, 3)}"
         message = late if cut else outcome.message
         return Result(
             contender, "cut" if cut else "failed", message, outcome.steps, outcome.evaluations,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lagrange_cli.decimals import scientific
 from lagrange_cli.records import dataclass
 from lagrange_cli.work_precision.measure import Result
 
@@ -25,7 +26,7 @@ def choose(results: Sequence[Result], wanted: float) -> Choice:
             return Choice(None, "no method reached the end")
         error, nearest = min(((row[1], row[2].contender) for row in known), key=lambda row: row[0])
         return Choice(
-            None, f"no method reaches this accuracy; the smallest error is {error:.1e}, of {nearest}"
+            None, f"no method reaches this accuracy; the smallest error is {scientific(error)}, of {nearest}"
         )
     seconds, _, best = reaching[0]
     if len(reaching) == 1:

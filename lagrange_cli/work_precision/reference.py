@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import MotionError
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
@@ -81,7 +82,7 @@ def find_reference(
             error = max(ROUNDING, float(np.max(relative(apart[-1], sizes[-1]))))
             steps = found[0].outcome.steps
             return Reference(times, q, sizes[-1], error, steps, asked, reason)
-        larger = f"the error of the reference exceeds {good:g} beyond this time"
+        larger = f"the error of the reference exceeds {decimal(good)} beyond this time"
         reason = why(found) if known == count else larger
         stop = start + round_down(times.step * (known - 1) if known > 1 else times.step / 2)
     raise MotionError(f"no reference solution to compare with: {reason}")

@@ -56,10 +56,10 @@ def test_the_table_has_a_line_for_each_method_and_tolerance(capsys, folder):
     ]
     cells = [row.split() for row in rows]
     assert [cell[:2] for cell in cells] == [
-        ["taylor", "0.0001"], ["taylor", "1e-09"], ["DOP853", "0.0001"], ["DOP853", "1e-09"],
+        ["taylor", "0.0001"], ["taylor", "1e-9"], ["DOP853", "0.0001"], ["DOP853", "1e-9"],
     ]  # fmt: skip
     assert all(len(cell) == 7 and float(cell[4]) > 0 and float(cell[5]) > 0 for cell in cells)
-    assert re.match(r"  for an error of 1e-07: (taylor|DOP853) at 1e-09 \(the fastest of 2 ", recommended)
+    assert re.match(r"  for an error of 1e-7: (taylor|DOP853) at 1e-9 \(the fastest of 2 ", recommended)
     assert not list(folder.iterdir())
 
 
@@ -121,8 +121,8 @@ def test_what_a_method_refuses_is_a_line_with_the_reason(capsys):
 def test_what_is_too_slow_is_cut_and_its_tighter_tolerances_are_skipped(capsys):
     _, out, _ = run(capsys, "--methods", "BDF", "--tolerances", "1e-6,1e-9", "--budget", "0.001")
     cut, skipped = (line.split(maxsplit=2) for line in out.splitlines() if "BDF  " in line)
-    assert cut[:2] == ["BDF", "1e-06"] and cut[2].startswith("stopped after 0.001 s (--budget) at t = ")
-    assert skipped == ["BDF", "1e-09", "skipped: BDF at 1e-06 already exceeded the budget"]
+    assert cut[:2] == ["BDF", "1e-6"] and cut[2].startswith("stopped after 0.001 s (--budget) at t = ")
+    assert skipped == ["BDF", "1e-9", "skipped: BDF at 1e-6 already exceeded the budget"]
     assert "none (no method reached the end)" in out
 
 
@@ -201,7 +201,7 @@ def test_an_interrupt_shows_what_was_measured(capsys, monkeypatch):
     monkeypatch.setattr(module, "Interrupts", AfterTwo)
     status, out, err = run(capsys, *FEW, "--stop", "1")
     assert (status, err) == (130, "bead on a rotating hoop: interrupted after 1 of 4 measurements\n")
-    assert "  taylor     0.0001  " in out and "1e-09  " not in out
+    assert "  taylor     0.0001  " in out and "1e-9  " not in out
 
 
 def test_an_interrupt_before_there_is_a_reference_ends_at_once(capsys, monkeypatch):

@@ -289,6 +289,19 @@ SAMPLED = "name: s\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - x**
             ("sweep", "--over", "x=0:1:101", "--outputs", "q", "--samples", "1001"),
             "1001 samples of 101 members",
         ),
+        (
+            ("sweep", "--over", "x=0.1:1:40001"),
+            "1 sample of 40001 members, 88 bytes each, would take 0.00352 GB: ask for fewer members or",
+        ),
+        (
+            ("section", "--where", "x", "--crossings", "30001"),
+            "30001 crossings, 40 bytes each, would take 0.0012 GB: ask for fewer crossings or outputs",
+        ),
+        (("section", "--where", "x", "--crossings", "30001", "-o", "s.csv"), "30001 crossings, 40 bytes"),
+        (
+            ("section", "--every", "1", "--crossings", "1001", "--over", "x=0.1:1:40"),
+            "1001 crossings of 40 members",
+        ),
     ],
 )
 def test_an_output_that_would_be_large_is_refused_with_its_size(tmp_path, monkeypatch, command, size):

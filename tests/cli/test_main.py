@@ -54,6 +54,8 @@ def test_help_names_every_command_with_its_purpose(capsys):
         (["equations", "--latex"], "; did you mean --format latex?"),
         (["equations", "--hamilton"], "; did you mean --form hamilton?"),
         (["section", "--verbose"], ""),
+        (["animate", "--begin", "3"], "; did you mean --from?"),
+        (["solve", "--begin", "3"], "; did you mean --start?"),
         (["--json", "solve"], "; options follow the command"),
         (["--vesrion"], "; did you mean --version?"),
     ],

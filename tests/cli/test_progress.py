@@ -292,9 +292,9 @@ def test_in_a_narrow_terminal_the_time_left_stays(terminal, clock, monkeypatch):
         motion.show(500.0 * done)
     assert lines(terminal) == [
         "double pendulum:  25%  1000 of 4000 members, 100 per second, 30 s left",
-        "double pendulum:  25%  t = 500000 of 2e+06, 30 s left",
+        "double pendulum:  25%  t = 500000 of 2e6, 30 s left",
         "double pendulum:  25%  1001 of 4000 members, 1 min 0 s left",
-        "double pendulum:  25%  t = 500500 of 2e+06, 1 min 0 s left",
+        "double pendulum:  25%  t = 500500 of 2e6, 1 min 0 s left",
         "double pendulum:  25%, 1 min 30 s left",
         "double pendulum:  25%, 1 min 30 s left",
         "25%, 2 min 0 s left",

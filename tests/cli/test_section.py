@@ -176,10 +176,10 @@ def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "patience=100")
     told = section(spring, "--where", "x - 2", "--outputs", "q", cwd=tmp_path, status=4)
     assert told["status"] == "failed" and told["crossings"] == 0
-    assert told["message"].startswith("0 crossings; no further crossing was found at t = ")
+    assert told["message"].startswith("0 crossings; the search for a further crossing ended at t = ")
     told = section(spring, "--where", "x - 2", "--force", "--over", "w=1,2", cwd=tmp_path, status=4)
     assert (
-        "2 of 2 members failed; the first is member 0 (w = 1): no further crossing was found"
+        "2 of 2 members failed; the first is member 0 (w = 1): the search for a further crossing ended"
         in told["message"]
     )
     told = section(spring, "--where", "x - 2", "--force", "--stop", "9", cwd=tmp_path)

@@ -37,7 +37,7 @@ def test_others_are_not(tmp_path, size, push):
 
 
 def test_with_a_finer_tolerance_there_is_no_warning(tmp_path):
-    assert "allows errors of 1.0e-06" in warned(tmp_path, "DOP853", "--tolerance", "1e-6", size=1e-3)
+    assert "allows errors of 1.0e-6" in warned(tmp_path, "DOP853", "--tolerance", "1e-6", size=1e-3)
     assert "allows errors" not in warned(tmp_path, "DOP853", "--tolerance", "1e-9", "--force", size=1e-3)
 
 

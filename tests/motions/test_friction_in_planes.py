@@ -406,3 +406,34 @@ def test_a_pendulum_in_air_turns_where_its_velocity_vanishes(precision: str) -> 
     assert np.max(np.abs(by_rod.datasets["diagnostics/ledger/h"])) < (
         1e-12 if precision == "double" else 1e-28
     )
+
+
+LIGHT = """
+parameters: {k: 30, mu: 0.1, g: 10}
+coordinates: {x: {initial: 0.6}, y: {initial: SIDE}}
+masses: {b: 1}
+positions: {b: [x, y]}
+potential: k*(x**2 + y**2)/2
+forces: {b: "-mu*g*(b.vx, b.vy)/norm((b.vx, b.vy))"}
+"""
+
+
+@pytest.mark.parametrize(("k", "mu"), [(30, 1e-3), (3000, 1e-2), (3000, 1e-6)])
+def test_what_turns_round_under_friction_far_smaller_than_other_forces_slides_on(k: float, mu: float) -> None:
+    motion = lagrange.solve(
+        LIGHT.replace("SIDE", "0.8"), set={"k": k, "mu": mu}, stop=10 / sqrt(k), samples=101
+    )
+    phase, loss = motion.t * sqrt(k), mu * 10 / k
+    turns = np.floor(phase / np.pi)
+    along = (-1) ** turns * ((1 - loss * (2 * turns + 1)) * np.cos(phase - turns * np.pi) + loss)
+    np.testing.assert_allclose(motion.q["x"], 0.6 * along, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motion.q["y"], 0.8 * along, rtol=0, atol=1e-12)
+
+
+def test_the_same_on_a_wire_where_the_force_of_constraint_is_large() -> None:
+    wire = LIGHT.replace("SIDE", "0.36") + "constraints: {wire: y - x**2}\n"
+    values = {"k": 300, "mu": 1e-3}
+    motion = lagrange.solve(wire, set=values, stop=0.5, samples=21, outputs="q,ledger")
+    exact = lagrange.solve(wire, set=values, stop=0.5, samples=21, precision="double-double")
+    np.testing.assert_allclose(motion.q["x"], exact.q["x"], rtol=0, atol=1e-12)
+    assert np.abs(motion.ledger["h"]).max() < 1e-12 * 300

@@ -37,7 +37,7 @@ def test_doubts_about_members_take_one_line_of_each_kind() -> None:
 def test_a_time_that_rounding_leaves_open_is_no_number() -> None:
     spec = read_spec(BALLS.format(count=1, e=0.5, g=9.81, start=1), "balls.yaml")
     for error, said in (
-        (4e-5, "the time may be off by 4.0e-05"),
+        (4e-5, "the time may be off by 4.0e-5"),
         (float("inf"), "the time is not determined"),
     ):
         (note,) = notes(spec, {name: Happened(1, blurred=1.5, error=error) for name in spec.events})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 
 import pytest
@@ -173,14 +174,31 @@ def test_initial_values_may_be_set_to_definitions_that_are_constant(text: str, v
 
 
 @pytest.mark.parametrize(
+    ("text", "value"), [("period", math.pi), ("2*ends.x", 2 * math.pi), ("part[N - 1] - 8", math.pi)]
+)
+def test_so_may_parameters_unless_the_definition_contains_them(text: str, value: float) -> None:
+    spec = read_spec(DEFINED.replace("k: 4.0", "l: 3*j, j: 1.0, k: 4.0"), "file.yaml")
+    assert resolve_parameters(spec, {"j": text})["j"] == pytest.approx(value, rel=1e-15)
+    assert resolve_parameters(spec, {"j": text})["l"] == pytest.approx(3 * value, rel=1e-15)
+
+
+def test_definitions_that_form_a_long_chain_set_parameters_too() -> None:
+    spec = read_spec(DEFINED.replace("N: 3", "N: 5000").replace("k: 4.0", "j: 1.0, k: 4.0"), "file.yaml")
+    assert resolve_parameters(spec, {"j": "part[N - 1] - period"})["j"] == pytest.approx(4 * 4999, rel=1e-12)
+
+
+@pytest.mark.parametrize(
     ("name", "text", "message"),
     [
         ("x", "moving", "--set x=moving: 'moving' is not constant"),
         ("x", "ends.z", "the definition 'ends' has no component 'z'"),
         ("x", "ends", "expected a number, found a vector"),
-        ("k", "period", "--set k=period: 'period' is a definition"),
+        ("k", "moving", "--set k=moving: 'moving' is not constant"),
+        ("k", "period", "--set k=period: depends on itself: k -> k"),
+        ("m", "part[3]", "--set m=part[3]: "),
+        ("l", "part[3]", "unknown name 'l'"),
     ],
 )
 def test_other_definitions_are_no_values(name: str, text: str, message: str) -> None:
-    with pytest.raises(UsageError, match=message):
+    with pytest.raises(UsageError, match=re.escape(message)):
         resolve_values(read_spec(DEFINED, "file.yaml"), {name: text})

@@ -100,9 +100,9 @@ def test_tolerances_are_tried_from_the_loosest_on_and_none_after_one_that_is_too
     assert [each.contender.tolerance for each in results] == [1e-6, 1e-9, 1e-12]
     cut, *skipped = results
     assert (cut.status, cut.seconds, cut.error) == ("cut", None, None)
-    assert cut.message.startswith("stopped after 1e-09 s (--budget) at t = ")
+    assert cut.message.startswith("stopped after 1e-9 s (--budget) at t = ")
     assert [each.status for each in skipped] == ["skipped", "skipped"]
-    assert skipped[1].message == "LSODA at 1e-06 already exceeded the budget"
+    assert skipped[1].message == "LSODA at 1e-6 already exceeded the budget"
 
 
 def test_what_is_refused_or_fails_has_its_reason_and_does_not_disturb_the_others():
@@ -155,7 +155,7 @@ def test_the_fastest_that_reaches_the_error_is_recommended():
     assert best.result is results[1]
     assert best.because == "the fastest of 3 with this accuracy; DOP853 at 1e-12 takes 20 times as long"
     assert choose(results, 1e-8).result is results[3]
-    assert choose(results, 1e-8).because.endswith("taylor at 1e-09 takes 1.3 times as long")
+    assert choose(results, 1e-8).because.endswith("taylor at 1e-9 takes 1.3 times as long")
     assert choose(results, 1e-12).because == "the only one with this accuracy"
     assert choose(results[:3], 1e-9).because == "the fastest of 2 with this accuracy, all of the same method"
 
@@ -163,6 +163,4 @@ def test_the_fastest_that_reaches_the_error_is_recommended():
 def test_where_none_reaches_it_the_nearest_is_named():
     best = choose([result("taylor", 1e-6, 1.0, 1e-6), result("BDF", 1e-9, 2.0, math.nan)], 1e-9)
     assert best.result is None
-    assert (
-        best.because == "no method reaches this accuracy; the smallest error is 1.0e-06, of taylor at 1e-06"
-    )
+    assert best.because == "no method reaches this accuracy; the smallest error is 1.0e-6, of taylor at 1e-6"

@@ -147,7 +147,7 @@ def test_it_ends_before_the_motion_does_and_says_why():
 
 
 def test_a_motion_that_cannot_be_known_at_all_is_refused():
-    missing = "no reference solution to compare with: the error of the reference exceeds 1e-09"
+    missing = "no reference solution to compare with: the error of the reference exceeds 1e-9"
     with pytest.raises(MotionError, match=missing):
         find_reference([by_hand(circle), by_hand(lambda t: circle(t) + 1e-3)], 0.0, 10.0, 1e-9, ["x", "x"])
     nowhere = by_hand(circle, Ending.SINGULAR_MASS_MATRIX, until=0.0)

@@ -11,8 +11,8 @@ from lagrange_cli.cli.options.completion import comma_list, files
 from lagrange_cli.cli.options.shared import Given, Integer, Number, given_options, system_argument
 from lagrange_cli.cli.progress import MeasuringProgress, Waiting
 from lagrange_cli.cli.source import read_system
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
-from lagrange_cli.expression.vocabulary import as_in_files
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.run.bench import TOLERANCES
 from lagrange_cli.run.interrupts import Interrupts
@@ -62,7 +62,7 @@ def parse_tolerances(
     metavar="LIST",
     callback=parse_tolerances,
     help="The tolerances to try: a comma-separated list "
-    f"[{','.join(as_in_files(f'{x:g}') for x in TOLERANCES)}, and full precision for {TAYLOR}].",
+    f"[{','.join(decimal(x) for x in TOLERANCES)}, and full precision for {TAYLOR}].",
 )
 @click.option(
     "--runs",
@@ -107,7 +107,10 @@ def bench(
     lagrange bench pendulum.yaml --error 1e-6 --plot pendulum.svg
     """
     if not SMALLEST_ERROR <= wanted <= LARGEST_ERROR:
-        raise UsageError(f"--error must be from {SMALLEST_ERROR:g} to {LARGEST_ERROR:g}, not {wanted:g}")
+        raise UsageError(
+            f"--error must be from {decimal(SMALLEST_ERROR)} to {decimal(LARGEST_ERROR)}, "
+            f"not {decimal(wanted)}"
+        )
     if plot is not None:
         from lagrange_cli.work_precision.figure import check_picture, write_picture
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli.options.shared import Command, Number
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ OPTIONS = (
         "--digits",
         type=Number(min=1, max=15),
         help="Report the time up to which every coordinate has this many correct digits by this estimate, "
-        f"relative to its largest value so far (implies --certify) [{DIGITS:g}].",
+        f"relative to its largest value so far (implies --certify) [{decimal(DIGITS)}].",
     ),
     click.option(
         "--target-error",
@@ -49,7 +50,7 @@ def certify_options(command: Command) -> Command:
     ) -> Any:  # fmt: skip
         demand = None
         if target_error is not None and not target_error > 0:
-            raise UsageError(f"the target error must be a positive number, not {target_error:g}")
+            raise UsageError(f"the target error must be a positive number, not {decimal(target_error)}")
         if certify or digits is not None or target_error is not None:
             from lagrange_cli.run.certify import Demand
 
@@ -70,5 +71,5 @@ def options_given(demand: Demand | None) -> dict[str, str]:
     """The options of an error estimate as they were given, by what they set."""
     if demand is None:
         return {}
-    target = {} if demand.target is None else {"target-error": f"--target-error {demand.target:g}"}
-    return {"digits": f"--certify --digits {demand.digits:g}", **target}
+    target = {} if demand.target is None else {"target-error": f"--target-error {decimal(demand.target)}"}
+    return {"digits": f"--certify --digits {decimal(demand.digits)}", **target}

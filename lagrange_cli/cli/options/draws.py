@@ -19,7 +19,7 @@ OPTIONS = (
         shell_complete=SETTABLE,
         help="Sweep NAME over START:STOP:COUNT (both ends included), log:START:STOP:COUNT or a list such as "
         "1,2,5. Repeat it for a grid of all combinations. NAME is a parameter or an initial value (theta, "
-        "theta_dot).",
+        "theta_dot). Values may be expressions in parameters and constant definitions.",
     ),
     click.option(
         "--random",

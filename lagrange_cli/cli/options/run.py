@@ -11,6 +11,7 @@ import click
 from lagrange_cli.cli.options.completion import comma_list, expression, files, word
 from lagrange_cli.cli.options.shared import Command, Integer, Number, parse_outputs, shared_options
 from lagrange_cli.cli.output import Invocation
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import AUTO, METHODS
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
@@ -80,7 +81,8 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
         "--checkpoint",
         type=Number(min=0, infinite=True),
         default=SECONDS,
-        help=f"The time in seconds between the checkpoints from which --resume continues [{SECONDS:g}].",
+        help="The time in seconds between the checkpoints from which --resume continues "
+        f"[{decimal(SECONDS)}].",
     ),
     "checkpoint-count": click.option(
         "--checkpoint-count",

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import click
 
 from lagrange_cli.cli.options.completion import SYSTEMS, files, names
+from lagrange_cli.decimals import decimal
 from lagrange_cli.records import dataclass
 
 SETTABLE = names("parameters", "coordinates")
@@ -63,8 +64,14 @@ def between(bounds: click.FloatRange | click.IntRange) -> str:
     if bounds.min is None:
         return ""
     if bounds.min_open:
-        return f" greater than {bounds.min:g}" + ("" if bounds.max is None else f", at most {bounds.max:g}")
-    return f" of at least {bounds.min:g}" if bounds.max is None else f" from {bounds.min:g} to {bounds.max:g}"
+        return f" greater than {decimal(bounds.min)}" + (
+            "" if bounds.max is None else f", at most {decimal(bounds.max)}"
+        )
+    return (
+        f" of at least {decimal(bounds.min)}"
+        if bounds.max is None
+        else f" from {decimal(bounds.min)} to {decimal(bounds.max)}"
+    )
 
 
 def parse_overrides(
@@ -184,7 +191,7 @@ def shared_options(command: Command, size: Callable[[Command], Command] = SIZE) 
                 callback=parse_overrides,
                 shell_complete=SETTABLE,
                 help="Change a parameter or an initial value (theta, theta_dot); repeatable. "
-                "VALUE is a number or an expression in parameters.",
+                "VALUE is a number or an expression in parameters and constant definitions.",
             ),
             size,
             click.option(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_line, resuming, wrote
+from lagrange_cli.decimals import decimal
 from lagrange_cli.run.attributes import doubt_of_all
 from lagrange_cli.run.ensembles.contents import events_counted, how_they_ended
 
@@ -100,7 +101,8 @@ def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
             f"{ensemble.spec.name}: {count_of(members, 'member')} ({shape}{seeded})",
             *([] if start.earlier is None else [f"  resumed after {start.reached} members"]),
             f"  {', '.join(ended)}",
-            f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} "
+            f"  t = {decimal(settings.start)} to {decimal(settings.stop, 10)} in "
+            f"{count_of(outcome.steps, 'step')} "
             f"in total, method {settings.method_shown}",
             *events_line(events_counted(swept.events)),
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",

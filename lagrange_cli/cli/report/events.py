@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.vocabulary import member_name
 
 MOST = 4
@@ -24,7 +25,7 @@ def events_shown(events: Mapping[str, Any]) -> list[str]:
             return ["  events: none happened"]
     found.sort(key=lambda one: -one[1])
     said = [
-        f"{name} {count}{among}" + (f" (last at t = {last:.6g})" if last is not None else "")
+        f"{name} {count}{among}" + (f" (last at t = {decimal(last)})" if last is not None else "")
         for name, count, last, among in found[:MOST]
     ]
     more = len(found) - MOST

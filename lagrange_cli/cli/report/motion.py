@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state, notes
@@ -114,7 +115,7 @@ def constraints_shown(outcome: Outcome) -> list[str]:
     """The line of the summary that says how the motion was kept to its constraints."""
     said = [f"projected onto the constraints {count_of(outcome.projections, 'time')}"]
     if outcome.singular:
-        shown = ", ".join(f"{t:.6g}" for t in outcome.singular[:MOST_SINGULAR])
+        shown = ", ".join(decimal(t) for t in outcome.singular[:MOST_SINGULAR])
         more = ", ..." if len(outcome.singular) > MOST_SINGULAR else ""
         said.append(f"{count_of(len(outcome.singular), 'singular configuration')} passed, t = {shown}{more}")
     return [f"  {'; '.join(said)}"]
@@ -127,7 +128,7 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
     names = [*final["q"]]
     count = len(names) if len(names) <= MOST_COORDINATES else MOST_COORDINATES - 1
     shown = [
-        f"{name} = {'nan' if value is None else format(value, '.6g')}"
+        f"{name} = {'nan' if value is None else decimal(value)}"
         for coordinate in names[:count]
         for name, value in (
             (coordinate, final["q"][coordinate]),
@@ -136,7 +137,7 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
     ]
     more = len(names) - count
     rest = f" (and {more} more coordinates)" if more else ""
-    return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
+    return [f"  at t = {decimal(final['t'])}: {', '.join(shown)}{rest}"]
 
 
 def events_line(events: Mapping[str, Any]) -> list[str]:
@@ -162,7 +163,8 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"{spec.name}: {count_of(spec.degrees_of_freedom, 'degree')} of freedom",
             *went_on(start, settings),
             f"  {ended(outcome)}",
-            f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}"
+            f"  t = {decimal(settings.start)} to {decimal(outcome.t, 10)} in "
+            f"{count_of(outcome.steps, 'step')}"
             f"{on_threads(outcome)}, method {settings.method_shown}",
             *final_shown(final_state(outcome)),
             *events_line(events_told(outcome)),
@@ -190,20 +192,20 @@ def estimate_shown(outcome: Outcome, demand: Demand | None) -> list[str]:
     found = outcome.estimated
     if demand is None or found is None:
         return []
-    until = f"{demand.digits:g} digits up to t = {found.trusted_until:.10g}"
-    lines = [f"  estimated error: {found.error:.1e} at the end, {until}"]
+    until = f"{decimal(demand.digits)} digits up to t = {decimal(found.trusted_until, 10)}"
+    lines = [f"  estimated error: {scientific(found.error)} at the end, {until}"]
     if found.rounded is not None:
         *some, more = *found.rounded[:MOST_ROUNDED], len(found.rounded) - MOST_ROUNDED
         named = ", ".join([*some, *([f"{more} more"] if more > 0 else [])]) or "numbers in expressions"
         if found.staying:
             lines.append(
                 "  the motion begins at an unstable equilibrium: as written it stays there; with "
-                f"{named} rounded to doubles it leaves after t = {found.trusted_until:.6g}"
+                f"{named} rounded to doubles it leaves after t = {decimal(found.trusted_until)}"
             )
         else:
             lines.append(
                 f"  the rounding of {named} to doubles has grown to this error: with the rounded values, "
-                f"{demand.digits:g} digits hold up to t = {found.trusted_until_as_run:.10g}"
+                f"{decimal(demand.digits)} digits hold up to t = {decimal(found.trusted_until_as_run, 10)}"
             )
     return lines
 
@@ -212,8 +214,8 @@ def went_on(start: Start, settings: Settings) -> list[str]:
     """The line of the summary that says with what the run has begun, if not at the start."""
     if start.earlier is None:
         return []
-    spacing = f", with a sample every {abs(settings.step):g} as before" if start.extends else ""
-    return [f"  continued from t = {start.reached:.10g}{spacing}"]
+    spacing = f", with a sample every {decimal(abs(settings.step))} as before" if start.extends else ""
+    return [f"  continued from t = {decimal(start.reached, 10)}{spacing}"]
 
 
 def wrote(start: Start, seconds: float) -> str:
@@ -242,5 +244,7 @@ def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) ->
         drifts[f"largest of {len(momenta)} {kind}, {name}"] = momenta[name]
     if not drifts:
         return "drift: not computed, as no output is conserved"
-    shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items() if not math.isnan(drift))
+    shown = ", ".join(
+        f"{name} {scientific(drift)}" for name, drift in drifts.items() if not math.isnan(drift)
+    )
     return f"drift: {shown or 'not known, as there are no samples'}"

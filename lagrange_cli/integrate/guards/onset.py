@@ -30,6 +30,8 @@ ROUNDS, TURNS = 12, 3
 EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 """Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
+UNTOLD = 2.0**-50
+"""Changes of accelerations that are rounding, beside their sum: friction may be a small part of it."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
 COARSE, KNOWN = 2.0**-1, 2.0**5
@@ -223,7 +225,8 @@ class Onset(Leading):
             if not np.all(np.isfinite(change)):
                 return None
             found = found + change
-            exact = EXACT * (usual if parts == 1 else np.max(np.abs(found)))
+            sum_of_all = float(np.max(np.abs(found)))
+            exact = max(EXACT * usual, UNTOLD * sum_of_all) if parts == 1 else EXACT * sum_of_all
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
         else:

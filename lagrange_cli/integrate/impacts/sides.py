@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.integrate.arrays import at_one_state, largest_of
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.guards.latest import Latest
@@ -167,7 +168,7 @@ class Sides:
                 body, _, axes = name.partition(" ")
                 if axes:  # a part of its inertia
                     return f"the moments of inertia of {body!r} those of no body"
-                return f"the mass of {name!r} {mass:.6g}"
+                return f"the mass of {name!r} {decimal(mass)}"
         return ""
 
     def _acted(self, state: Array) -> Array:

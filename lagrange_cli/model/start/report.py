@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
 from lagrange_cli.model.start.linear import steepness
 from lagrange_cli.model.start.nearest import ROUND
@@ -63,7 +64,7 @@ class Refusal:
         else:
             noun, verb, what = "constraints", "are", "their rates of change are" if rates else "they are"
         which = enumerated(names + [f"{more} more"] * (more > 0))
-        numbers = ", ".join([f"{value:.3g}" for _, _, value in worst] + ["..."] * (more > 0))
+        numbers = ", ".join([decimal(value, 3) for _, _, value in worst] + ["..."] * (more > 0))
         return f"{noun} {which} {verb} not satisfied by the initial {when}: {what} {numbers}, not 0"
 
     def far_off(
@@ -81,7 +82,7 @@ class Refusal:
         as they are known. Coordinates are ``x``, of which the ``unknown`` ones are not given."""
 
         def shown(one: Sequence[tuple[str, float]]) -> str:
-            listed = ", ".join(f"{name} = {value:.6g}" for name, value in one[:MOST_SHOWN])
+            listed = ", ".join(f"{name} = {decimal(value)}" for name, value in one[:MOST_SHOWN])
             return listed + (", ..." if len(one) > MOST_SHOWN else "")
 
         hint = "solve --project-initial takes the nearest consistent state"
@@ -150,7 +151,7 @@ class Refusal:
     def constant(self, name: str, at: float | None = None) -> SpecError:
         """A constraint is a constant, or one at the time ``at`` only, when the motion begins."""
         if at is not None:
-            message = f"constraint '{name}' restricts nothing at t = {at:g}: all its slopes are 0 then"
+            message = f"constraint '{name}' restricts nothing at t = {decimal(at)}: all its slopes are 0 then"
             return self.source.error(
                 self.written(name).place, message, "let the motion start at another time"
             )
@@ -254,5 +255,5 @@ def enumerated(words: Sequence[str]) -> str:
 
 def digits(x: float) -> str:
     """So many digits that it is the same number but for rounding: 15 of them where these are enough."""
-    short = f"{x:.15g}"
+    short = decimal(x, 15)
     return short if abs(float(short) - x) <= ROUND * abs(x) else repr(x)

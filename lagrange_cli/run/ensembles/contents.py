@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.run.attributes import doubt_of_all, finite, origin, series_of
 from lagrange_cli.run.singular import in_words
 
@@ -133,7 +134,7 @@ def how_they_ended(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
     if outcome.failed is not None:
         member, how = outcome.failed
         how = ensemble.values.refused.get(member, in_words(ensemble.spec, how))
-        own = ", ".join(f"{name} = {x[member]:.6g}" for name, x in ensemble.members.columns.items())
+        own = ", ".join(f"{name} = {decimal(x[member])}" for name, x in ensemble.members.columns.items())
         those = "the first is member" if failed > 1 else "member"
         parts.append(f"{failed} of {members} members failed; {those} {member} ({own}): {how}")
     return "; ".join(parts)

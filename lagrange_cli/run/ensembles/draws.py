@@ -9,11 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.errors import UsageError
-from lagrange_cli.expression.numbers import evaluate
-from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
-from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.limits import way_out
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.ensembles.members import (
@@ -28,6 +25,7 @@ from lagrange_cli.run.ensembles.members import (
     Members,
     combine,
 )
+from lagrange_cli.run.ensembles.numbers import Numbers
 from lagrange_cli.run.ensembles.table import read_table
 from lagrange_cli.run.source import STANDARD_INPUT, display_name
 from lagrange_cli.spec.settable import settable
@@ -106,13 +104,18 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
         columns = named_table(spec, draws.table)
         shown = display_name(draws.table) if isinstance(draws.table, str) else "the table"
         axes.append(Axis(f"rows of {shown}", "row", len(next(iter(columns.values()))), columns))
+    swept = [*(name for axis in axes for name in axis.columns), *(x for x, _ in (*draws.over, *draws.random))]
+    numbers = Numbers(spec, overrides, swept)
     for name, given in draws.over:
         label = f"--over {name}={given}" if isinstance(given, str) else f"over {name}"
         known = name_of(spec, name, label)
-        values = grid(given, label) if isinstance(given, str) else finite(given, label)
+        values = grid(given, label, numbers) if isinstance(given, str) else finite(given, label)
         axes.append(Axis(name, known, values, {known: values}))
     random = [
-        (name_of(spec, name, f"--random {name}={text}"), distribution(text, f"--random {name}={text}"))
+        (
+            name_of(spec, name, f"--random {name}={text}"),
+            distribution(text, f"--random {name}={text}", numbers),
+        )
         for name, text in draws.random
     ]
     refuse_repeated(
@@ -176,20 +179,20 @@ def refuse_repeated(names: Sequence[str]) -> None:
             raise UsageError(f"'{name}' is given more than once among --set, --over, --random and --table")
 
 
-def grid(text: str, asked: str) -> Array:
+def grid(text: str, asked: str, numbers: Numbers) -> Array:
     """The values of ``START:STOP:COUNT`` (both ends included), ``log:START:STOP:COUNT`` or a comma list."""
     match = DISTRIBUTION.fullmatch(text)
     if match is not None and match[1] in KINDS:
         raise UsageError(f"{asked}: {text} is a distribution: write it with --random")
     parts = [part.strip() for part in text.split(":")]
     if len(parts) == 1:
-        return np.array([number(part, asked, f"; {GRID}") for part in text.split(",")])
+        return np.array([numbers.number(part, asked, f"; {GRID}") for part in text.split(",")])
     logarithmic = parts[0] == "log"
     if logarithmic:
         parts = parts[1:]
     if len(parts) != 3:
         raise UsageError(f"{asked}: {text!r} is not a grid; {GRID}")
-    start, stop = (number(part, asked, f"; {GRID}") for part in parts[:2])
+    start, stop = (numbers.number(part, asked, f"; {GRID}") for part in parts[:2])
     if not parts[2].isdecimal() or len(parts[2]) > LONGEST:
         raise UsageError(f"{asked}: COUNT is the number of values, an integer, not {parts[2]!r}; {GRID}")
     count = int(parts[2])
@@ -197,7 +200,7 @@ def grid(text: str, asked: str) -> Array:
         raise UsageError(f"{asked}: a grid has at least 2 values, its ends; give a single value with --set")
     if count > MOST:
         raise UsageError(
-            f"{asked}: {count} values are more than the limit of {MOST:.0e} members: "
+            f"{asked}: {count} values are more than the limit of {scientific(MOST, 0)} members: "
             f"ask for fewer, {way_out('runs')}"
         )
     if logarithmic and not (start > 0 and stop > 0):
@@ -207,7 +210,7 @@ def grid(text: str, asked: str) -> Array:
     return np.geomspace(start, stop, count) if logarithmic else np.linspace(start, stop, count)
 
 
-def distribution(text: str, asked: str) -> Distribution:
+def distribution(text: str, asked: str, numbers: Numbers) -> Distribution:
     """What ``normal(mean, deviation)``, ``uniform(low, high)``, ``lognormal(median, sigma)`` or
     ``loguniform(low, high)`` says."""
     match = DISTRIBUTION.fullmatch(text)
@@ -215,38 +218,11 @@ def distribution(text: str, asked: str) -> Distribution:
         known = ", ".join(kind + arguments for kind, arguments in KINDS.items())
         over = "" if "(" in text else " (and a list or a grid with --over)"
         raise UsageError(f"{asked}: {text!r} is not a distribution; write one of {known}{over}")
-    kind, a, b = match[1], number(match[2], asked), number(match[3], asked)
+    kind, a, b = match[1], numbers.number(match[2], asked), numbers.number(match[3], asked)
     if kind in (LOGNORMAL, LOGUNIFORM) and a <= 0:
-        raise UsageError(f"{asked}: the first number of {kind} must be positive, not {a:g}")
+        raise UsageError(f"{asked}: the first number of {kind} must be positive, not {decimal(a)}")
     if kind in (NORMAL, LOGNORMAL) and b <= 0:
-        raise UsageError(f"{asked}: the width of {kind} must be positive, not {b:g}")
+        raise UsageError(f"{asked}: the width of {kind} must be positive, not {decimal(b)}")
     if kind in (UNIFORM, LOGUNIFORM) and b <= a:
         raise UsageError(f"{asked}: the upper limit must be greater than the lower one")
     return Distribution(kind, a, b)
-
-
-def number(text: str, asked: str, hint: str = "") -> float:
-    """A finite number, or an expression of numbers such as ``-pi/2``; else a message ends with ``hint``."""
-    try:
-        value = float(text)
-        if underflows(text):
-            raise UsageError(f"{asked}: {TOO_SMALL}: {text.strip()}; {SMALLEST}")
-    except ValueError:
-        try:
-            tree = parse(text)
-        except ExpressionError as error:
-            raise UsageError(f"{asked}: expected a number, not {text.strip()[:50]!r}{hint}") from error
-        try:
-            value = evaluate(tree, refuse_name)
-        except ExpressionError as error:
-            raise UsageError(f"{asked}: {error.message}") from error
-        except LookupError as error:
-            raise UsageError(f"{asked}: expected a number, not {text.strip()[:50]!r}{hint}") from error
-    if not math.isfinite(value):
-        raise UsageError(f"{asked}: {text.strip()} is not a finite number")
-    return value
-
-
-def refuse_name(name: str) -> float:
-    """Names in numbers: there is only pi."""
-    raise LookupError(name)

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.target import Target
 
+CROSSING = "crossing"
+"""What a section has of each motion, in place of samples."""
+
 
 class EnsembleFile(Protocol):
     """Where the numbers of motions go."""
@@ -70,12 +73,15 @@ class MembersFile:
         times, crossings = ensemble.times, None
         sampled = ensemble.sampled and ensemble.cut is None
         if ensemble.cut is not None:
-            crossings = Dimension("crossing", ensemble.cut.kept.count, long_name="crossing of the motion")
+            crossings = Dimension(CROSSING, ensemble.cut.kept.count, long_name="crossing of the motion")
         self._start, self._members = start, ensemble.values.members
         self._section = ensemble.cut is not None
         self.found = np.zeros(self._members, dtype=np.int64)
         layout = layout_of(ensemble, prepared, units)
-        layout.check_size(times.count if sampled else 1, self._members)
+        if crossings is not None:
+            layout.check_size(crossings.length, self._members, noun=CROSSING)
+        else:
+            layout.check_size(times.count if sampled else 1, self._members)
         self.output = EnsembleWriter(
             start.target,
             layout,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass
@@ -107,7 +108,8 @@ def combine(
     count = math.prod(shape.values())
     if count > MOST:
         raise UsageError(
-            f"{count:.3g} members are more than the limit of {MOST:.0e}: ask for fewer, {way_out('runs')}"
+            f"{decimal(count, 3)} members are more than the limit of {scientific(MOST, 0)}: ask "
+            f"for fewer, {way_out('runs')}"
         )
     columns = product([axis.columns for axis in axes], lengths, count)
     columns |= {name: each.draw(stream(seed, name), count) for name, each in random.items()}

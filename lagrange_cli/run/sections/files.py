@@ -9,6 +9,7 @@ from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.records import replace
 from lagrange_cli.run.attributes import series_of
 from lagrange_cli.run.ensembles.ensemble import Ensemble
+from lagrange_cli.run.ensembles.files import CROSSING
 
 if TYPE_CHECKING:
     import numpy as np
@@ -60,6 +61,7 @@ class MotionFile(OfOneMotion):
 
         assert ensemble.cut is not None
         layout = Layout(series_at(units, prepared), time_unit=units.get("t", ""))
+        layout.check_size(ensemble.cut.kept.count, noun=CROSSING)
         times = replace(ensemble.times, count=ensemble.cut.kept.count, step=0.0)
         self.output = Writer(start.target, layout, times)
         super().__init__(layout.series, self.output.append)
@@ -105,8 +107,12 @@ class CrossingsTable(OfOneMotion):
         stream: BinaryIO | None,
     ) -> None:
         from lagrange_cli.store.csv_file import CsvFile
+        from lagrange_cli.store.layout import Layout
 
         series = series_at(units, prepared)
+        if stream is None:
+            assert ensemble.cut is not None
+            Layout(series).check_size(ensemble.cut.kept.count, noun=CROSSING)
         self.output = CsvFile(start.target if stream is None else None, series, stream)
         super().__init__(series, self.output.append)
 

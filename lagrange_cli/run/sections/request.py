@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import AUTO, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
@@ -111,7 +112,8 @@ def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
     from lagrange_cli.expression.columns import ColumnAlgebra
     from lagrange_cli.expression.parse import parse
     from lagrange_cli.expression.syntax import ExpressionError
-    from lagrange_cli.run.times import builder, check_names
+    from lagrange_cli.run.times import check_names
+    from lagrange_cli.spec.constants import builder
     from lagrange_cli.spec.ensemble import plain
 
     algebra = ColumnAlgebra(values.members)
@@ -135,5 +137,5 @@ def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
     if wrong.any():
         member = int(wrong.argmax())
         place = f" for member {member}" if values.members > 1 else ""
-        raise UsageError(f"--every {text}: a period is a positive number, not {made[member]:g}{place}")
+        raise UsageError(f"--every {text}: a period is a positive number, not {decimal(made[member])}{place}")
     return made

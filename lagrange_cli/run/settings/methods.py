@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import suggest
 from lagrange_cli.integrate.methods.table import AUTO, METHODS, MethodRow
@@ -67,7 +68,7 @@ def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOU
         return default
     if not tightest <= tolerance <= LOOSEST_TOLERANCE:
         raise UsageError(
-            f"the tolerance {tolerance:g} is out of range; "
-            f"{method} takes {tightest:.3g} to {LOOSEST_TOLERANCE:g}"
+            f"the tolerance {decimal(tolerance)} is out of range; "
+            f"{method} takes {decimal(tightest, 3)} to {decimal(LOOSEST_TOLERANCE)}"
         )
     return tolerance

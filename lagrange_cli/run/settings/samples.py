@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.limits import way_out, whole
@@ -20,9 +21,11 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
     Where ``stop`` is before ``start``, the step that is returned is negative; the one given may be.
     """
     if not math.isfinite(start) or not math.isfinite(stop):
-        raise UsageError(f"the motion must start and stop at finite times, not at {start:g} and {stop:g}")
+        raise UsageError(
+            f"the motion must start and stop at finite times, not at {decimal(start)} and {decimal(stop)}"
+        )
     if stop == start:
-        raise UsageError(f"the motion stops where it starts, at t = {start:g}: give another stop time")
+        raise UsageError(f"the motion stops where it starts, at t = {decimal(start)}: give another stop time")
     if step is None:
         count = DEFAULT_SAMPLES if samples is None else samples
         if count < 2:
@@ -30,10 +33,11 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
         check_count(count)
         return count, (stop - start) / (count - 1)
     if not math.isfinite(step) or step == 0:
-        raise UsageError(f"the step between samples must be a positive number, not {step:g}")
+        raise UsageError(f"the step between samples must be a positive number, not {decimal(step)}")
     if step < 0 < stop - start:
         raise UsageError(
-            f"a step of {step:g} leads away from stop = {stop:g}, which is after start = {start:g}: "
+            f"a step of {decimal(step)} leads away from stop = {decimal(stop)}, which is after "
+            f"start = {decimal(start)}: "
             "give a positive step"
         )
     step = math.copysign(step, stop - start)
@@ -43,7 +47,8 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
     divides = abs(ratio - nearest) <= 1e-9 + 4 * FULL_PRECISION * ratio
     if nearest < 1 or (ratio < 1 and not divides):
         raise UsageError(
-            f"the step between samples ({abs(step):g}) is longer than the motion ({abs(stop - start):g}); "
+            f"the step between samples ({decimal(abs(step))}) is longer than the motion "
+            f"({decimal(abs(stop - start))}); "
             "give a shorter step"
         )
     return (nearest if divides else math.ceil(ratio)) + 1, step
@@ -53,6 +58,7 @@ def check_count(count: float) -> None:
     """Refuse more samples than a disk holds."""
     if count > MOST_SAMPLES:
         raise UsageError(
-            f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written; "
+            f"{decimal(count, 3)} samples are more than the {scientific(MOST_SAMPLES, 0)} that "
+            "can be written; "
             f"ask for fewer, {way_out('samples')}"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import finite
@@ -119,7 +120,7 @@ def cut_short(motion: Motion, followed: ViewedMotion) -> str:
         return ""
     reached = float(t[-1]) if len(t) else motion.settings.start
     how = "lagrange solve computes all of it, and lagrange view shows its output."
-    return f" It ends at t = {reached:.6g}, which was reached in {PATIENCE:g} s: {how}"
+    return f" It ends at t = {decimal(reached)}, which was reached in {decimal(PATIENCE)} s: {how}"
 
 
 def assembled(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
+from lagrange_cli.decimals import decimal
+
 ROUNDING = 1e-9
 """A relative difference between moments that rounding may cause."""
 Flaw = tuple[int, str, str]
@@ -43,7 +45,7 @@ def not_positive(moments: Sequence[float]) -> Flaw:
         hint = "a thin rod with the moments J, J, 0 is 'solid: {rod: l}' with l = sqrt(12*J/m)"
         hint += "" if moments[2] == 0 else "; it lies along the third axis, so turn the orientation"
     first = next(i for i, one in enumerate(moments) if one <= 0)
-    return first, f"the value {moments[first]:.15g} is not positive", hint
+    return first, f"the value {decimal(moments[first], 15)} is not positive", hint
 
 
 def apart(*numbers: float) -> list[str]:
@@ -52,7 +54,7 @@ def apart(*numbers: float) -> list[str]:
     *others, last = numbers
     off = abs(last - sum(others)) or abs(last)
     digits = next((n for n in range(6, 17) if 10.0 ** (1 - n) * max(map(abs, numbers)) <= 1e-3 * off), 17)
-    return [f"{one:.{digits}g}" for one in numbers]
+    return [decimal(one, digits) for one in numbers]
 
 
 def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
@@ -96,5 +98,5 @@ def size_flaw(sizes: Sequence[float]) -> Flaw | None:
     """The mistake in the sizes of a solid, if there is one."""
     for i, one in enumerate(sizes):
         if one <= 0:
-            return i, f"the value {one:.15g} is not positive", "sizes are greater than 0"
+            return i, f"the value {decimal(one, 15)} is not positive", "sizes are greater than 0"
     return None

@@ -11,6 +11,7 @@ import pytest
 from lagrange_cli.errors import FileError, LagrangeError, UsageError
 from lagrange_cli.run.ensembles.draws import Draws, draw_members, grid
 from lagrange_cli.run.ensembles.members import Members
+from lagrange_cli.run.ensembles.numbers import Numbers
 from lagrange_cli.spec.read import read_spec
 from tests.support.command import SYSTEMS
 
@@ -35,9 +36,24 @@ def members(*over: str, random: tuple[str, ...] = (), **draws: object) -> Member
     ],
 )
 def test_grids(text, values):
-    found = grid(text, "--over m")
+    found = grid(text, "--over m", Numbers(HOOP, {}, ["m"]))
     np.testing.assert_allclose(found, list(values), rtol=1e-15)
     assert (found[0], found[-1]) == (values[0], values[-1])  # the ends to the last bit
+
+
+def test_grids_and_distributions_may_contain_parameters_and_constant_definitions():
+    spec = read_spec(
+        b"sizes: {N: 3}\nparameters: {g: 8, l: 2, k: g/l, c: [1, 4]}\n"
+        b"definitions: {period: 2*pi*sqrt(l/g), at: (0, k), d[i in range(N)]: l*i, moving: 2*x}\n"
+        b"coordinates: {x: {initial: 0}}\nlagrangian: x_dot**2/2 - k*x**2/2\n",
+        "s.yaml",
+    )
+    over = (("x", "0:period:3"), ("x_dot", "at.y,d[2],c[1],N"))
+    found = draw_members(spec, Draws(over=over), {"l": "4*2"})
+    assert np.unique(found.columns["x"]).tolist() == [0.0, math.pi, 2 * math.pi]
+    assert list(dict.fromkeys(found.columns["x_dot"])) == [1.0, 16.0, 4.0, 3.0]
+    drawn = draw_members(spec, Draws(random=(("x", "uniform(g,k + g)"),), members=99), {}).columns["x"]
+    assert 8 < drawn.min() < 9 < 11 < drawn.max() < 12
 
 
 def test_several_grids_make_every_combination_the_first_slowest():
@@ -114,13 +130,22 @@ def test_the_random_numbers_of_a_member_depend_on_its_name_and_the_seed_alone():
         (("omega=0:1:" + "9" * 5000,), (), {}, "COUNT is the number of values"),
         ((), ("omega=0:1:3",), {"members": 5}, "(and a list or a grid with --over)"),
         (("omega=1:2:1",), (), {}, "a grid has at least 2 values"),
-        (("omega=1:2:999999999",), (), {}, "999999999 values are more than the limit of 1e+08 members"),
-        (("omega=0:1:10001", "m=0:1:10001"), (), {}, "1e+08 members are more than the limit"),
+        (("omega=1:2:999999999",), (), {}, "999999999 values are more than the limit of 1e8 members"),
+        (("omega=0:1:10001", "m=0:1:10001"), (), {}, "1e8 members are more than the limit"),
         (("omega=log:0:1:5",), (), {}, "both ends of a logarithmic grid must be positive"),
         (("omega=lin:0:1:5",), (), {}, "is not a grid"),
         (("omega=1,,2",), (), {}, "expected a number, not ''; write START:STOP:COUNT"),
-        (("omega=1,two",), (), {}, "expected a number, not 'two'"),
-        (("omega=g:2*g:3",), (), {}, "expected a number, not 'g'"),
+        (("omega=1,two",), (), {}, "unknown name 'two'; known: m, g, a, omega"),
+        (
+            ("omega=theta:2:3",),
+            (),
+            {},
+            "'theta' is not constant; write numbers, or expressions in parameters",
+        ),
+        (("omega=t,2",), (), {}, "'t' is the time; write numbers"),
+        (("omega=1,omega",), (), {}, "'omega' differs between the members of the sweep; --table"),
+        (("a=1,2", "theta=0,omega"), (), {}, "--over theta=0,omega: 'omega' differs between the members"),
+        (("a=1,2",), ("theta=normal(0,a)",), {"members": 5}, "'a' differs between the members"),
         (("omega=1,nan",), (), {}, "nan is not a finite number"),
         (("omega=0:1e999:3",), (), {}, "1e999 is not a finite number"),
         (("omega=1/0,2",), (), {}, "division by zero"),
@@ -136,7 +161,7 @@ def test_the_random_numbers_of_a_member_depend_on_its_name_and_the_seed_alone():
         ),
         ((), ("theta=normal(0)",), {"members": 5}, "is not a distribution"),
         ((), ("theta=normal(0,0)",), {"members": 5}, "the width of normal must be positive, not 0"),
-        ((), ("theta=normal(0,x)",), {"members": 5}, "expected a number, not 'x'"),
+        ((), ("theta=normal(0,x)",), {"members": 5}, "unknown name 'x'"),
         ((), ("theta=uniform(1,1)",), {"members": 5}, "the upper limit must be greater"),
         (
             (),
