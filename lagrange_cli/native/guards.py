@@ -148,6 +148,9 @@ class GuardRows:
     reached: tuple[tuple[int, int], ...] = ()
     """Guards of impacts that act on one another, each with the coordinates on which it depends: an action is
     simple only while no other one touches that depends on what it sets."""
+    joined: tuple[int, ...] = ()
+    """For each coordinate one of those that constraints couple with it, the same of all of these, if
+    constraints have impulses after simple actions."""
 
     @property
     def count(self) -> int:

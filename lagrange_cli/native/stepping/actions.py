@@ -22,6 +22,8 @@ NOTHING = -1
 """In tables, of guards that are no impacts which reduce the speed, or have no contact."""
 ALONE = "act_alone"
 """The function that gives what one event's action sets, if there is one."""
+PUSH = "push"
+"""The function that sets what an event's action sets, and lets constraints act, if they have impulses then."""
 NOTE = "note"
 """The function that copies a state into a record."""
 DONE, LEFT = 1, 0
@@ -92,6 +94,8 @@ class ActionCode:
             tables.append(table("touching", [*each]))
             tables.append(table("reached_first", [*starts]))
             tables.append(table("reached", [self.layout.degrees + place for _, place in listed]))
+            if self.rows.joined:
+                tables.append(table("moved", [self._moved(place) for _, place in self.rows.changed]))
         return [*tables, self._change().text()]
 
     @property
@@ -124,11 +128,18 @@ class ActionCode:
             self._bounce(f, j, results)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
-        with self._own(f, *changed) as i:
-            place = f.load_integer("@changed_places", i)
-            f.store(f.load(results, i), state, place)
-            with f.when(place < 2 * layout.degrees):
-                f.store(f.constant(0.0), state, place + layout.width)
+        if rows.joined:
+            given = f.pointer("%constants"), state, results, j - rows.first_event
+            with f.when(f.call(Integer, PUSH, *given).equals(LEFT)):
+                f.give(left)
+        else:
+            with self._own(f, *changed) as i:
+                place = f.load_integer("@changed_places", i)
+                f.store(f.load(results, i), state, place)
+                with f.when(place < 2 * layout.degrees):
+                    f.store(f.constant(0.0), state, place + layout.width)
+        if rows.bounces:
+            self._note_time(f, j)
         for k in range(layout.cyclic_momenta.start, layout.cyclic_momenta.stop):
             for part in (0, layout.width):  # they follow from the new velocities
                 f.store(f.constant(0.0), state, k + part)
@@ -149,6 +160,11 @@ class ActionCode:
         f.give(f.count(DONE))
         return f
 
+    def _moved(self, place: int) -> int:
+        """What moves with a velocity that is set, where constraints couple it with others."""
+        rows, n = self.rows, self.layout.degrees
+        return n + rows.joined[place - n] if n <= place < 2 * n else place
+
     @contextmanager
     def _own(self, f: Function, name: str, count: int, j: Integer) -> Iterator[Integer]:
         """A loop over those of ``count`` entries of a table that are by guard ``j``."""
@@ -163,6 +179,7 @@ class ActionCode:
     def _leave_touching(self, f: Function, j: Integer, results: Pointer) -> None:
         """Leave to the caller what moves something that touches something else, or rests on it."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        moved = "@moved" if rows.joined else "@changed_places"
         touching = len({guard for guard, _ in rows.reached})
         with f.loop(0, touching, tested=False) as k:
             other = f.load_integer("@touching", k)
@@ -178,13 +195,13 @@ class ActionCode:
                     place = f.load_integer("@reached", r)
                     with (
                         self._own(f, "changed", len(rows.changed), j) as i,
-                        f.when(f.load_integer("@changed_places", i).equals(place)),
+                        f.when(f.load_integer(moved, i).equals(place)),
                     ):
                         f.give(f.count(LEFT))
 
     def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
-        rest; note the time of others."""
+        rest."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         event = j - rows.first_event
         bounce = f.load_integer("@bounces", j)
@@ -212,5 +229,11 @@ class ActionCode:
                 height = left * 0.25 * f.smaller(since * (left / f.magnitude(rate)), f.magnitude(flight))
                 with f.when(height <= f.load(results, own) * (UNSEEN * DOUBTFUL)):
                     f.give(f.count(LEFT))
-            f.store(t, state, place)
-            f.store(low, state, place + 1)
+
+    def _note_time(self, f: Function, j: Integer) -> None:
+        """Note the time of an impact."""
+        rows, state = self.rows, f.pointer("%state")
+        with f.when(~f.load_integer("@bounces", j).equals(NOTHING)):
+            place = (j - rows.first_event) * 2 + rows.times(self.layout).start
+            for ahead, part in enumerate((Clock.TIME, Clock.TIME_LOW)):
+                f.store(f.load(state, self.layout.at(part)), state, place + ahead)
