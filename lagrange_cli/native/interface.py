@@ -221,10 +221,11 @@ class Interface:
     @property
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
-        series ahead, and what parts of steps need."""
+        series ahead, and what parts of steps need; records of events, what ``@act`` gives, and rates of contacts'
+        arguments. The last one is the length of a step, where impacts at one time are followed."""
         return self.records + (
             self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0
-        )
+        ) + (len(self.bounces) + 1 if self.joined else 0)
 
     @property
     def acted(self) -> int:

@@ -8,13 +8,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from itertools import accumulate
 
 from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.stepping.at_once import CLEAR, AtOnce
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
@@ -34,9 +36,6 @@ SOON, SOONER = 2.0**-29, 2.0**-25
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
 tells, the caller decides whether the motion rests: the second where impacts act on one another, whose limit
 others change."""
-TOUCHING = 2.0**-34
-"""Up to this part of its terms an argument may be 0 at the same time as another one, but for what rounding
-does along a long way."""
 DOUBTFUL = 8.0
 """The height of a flight is known from values of the argument up to this factor, where rounding may hide
 it."""
@@ -96,7 +95,14 @@ class ActionCode:
             tables.append(table("reached", [self.layout.degrees + place for _, place in listed]))
             if self.rows.joined:
                 tables.append(table("moved", [self._moved(place) for _, place in self.rows.changed]))
-        return [*tables, self._change().text()]
+        own = [self.at_once.first(self._acted).text()] if self.rows.joined else []
+        return [*tables, *own, self._change().text()]
+
+    @property
+    def at_once(self) -> AtOnce:
+        """The code for impacts at one time."""
+        own = partial(self._own, name="changed", count=len(self.rows.changed))
+        return AtOnce(self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j))
 
     @property
     def more(self) -> str:
@@ -110,27 +116,31 @@ class ActionCode:
         f = Function(f"define internal i64 @change({given}) #0")
         rows, layout, j = self.rows, self.layout, Integer(f, "%j")
         state, info, left = f.pointer("%state"), f.pointer("%info"), f.count(LEFT)
-        results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
-        count, one = f.load_integer(info, RECORDED), f.count(1)
+        count = f.load_integer(info, RECORDED)
         with f.when(~(count + 1 < rows.records(layout))):
             f.give(left)
-        time = f.place(state, layout.time)
-        if self.alone and not rows.reached:
-            f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
-        else:
-            f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
+        results = self._acted(f, j)
         changed = "changed", len(rows.changed), j
         with self._own(f, *changed) as i, f.when(~(f.magnitude(f.load(results, i)) <= HUGE)):
             f.give(left)
         if rows.bounces:
-            if rows.reached:
-                self._leave_touching(f, j, results)
-            self._bounce(f, j, results)
+            largest = self.at_once.largest(f) if rows.joined else f.constant(0.0)
+            if rows.joined:
+                self.at_once.leave(f, j, results, largest, left)
+            elif rows.reached:
+                with self.at_once.touching(f, j, results):
+                    f.give(left)
+            self._bounce(f, j, results, largest * CLEAR)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
         if rows.joined:
-            given = f.pointer("%constants"), state, results, j - rows.first_event
+            speeds = f.place(results, self._behind_actions, "double")
+            given = f.pointer("%constants"), state, results, speeds, j - rows.first_event
             with f.when(f.call(Integer, PUSH, *given).equals(LEFT)):
+                f.give(left)
+            with f.when(~self.at_once.release(f, j, results, speeds, largest)):
+                for first in (0, layout.width):
+                    f.copy_rows((before, first), (state, first), 2 * layout.degrees, 1)
                 f.give(left)
         else:
             with self._own(f, *changed) as i:
@@ -176,32 +186,25 @@ class ActionCode:
         with f.loop(first, last) as k:
             yield f.load_integer(f"@{name}_order", k)
 
-    def _leave_touching(self, f: Function, j: Integer, results: Pointer) -> None:
-        """Leave to the caller what moves something that touches something else, or rests on it."""
-        rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        moved = "@moved" if rows.joined else "@changed_places"
-        touching = len({guard for guard, _ in rows.reached})
-        with f.loop(0, touching, tested=False) as k:
-            other = f.load_integer("@touching", k)
-            held = f.load(state, f.load_integer("@rests_at", other) + rows.mode(layout))
-            size = f.load(results, (other - rows.first_event) * 2 + len(rows.changed))
-            apart = f.load_integer("@guard_rows", other) - f.load_integer("@guard_rows", j)
-            value = f.magnitude(f.load("%row", apart * self.row + self.term))
-            marked = f.load(state, other + rows.fresh(layout)) > 0.0
-            near = ~held.equals(0.0) | marked | ~(value > size * TOUCHING)
-            with f.when(near & ~other.equals(j)):
-                first, last = (f.load_integer("@reached_first", one) for one in (k, k + 1))
-                with f.loop(first, last) as r:
-                    place = f.load_integer("@reached", r)
-                    with (
-                        self._own(f, "changed", len(rows.changed), j) as i,
-                        f.when(f.load_integer(moved, i).equals(place)),
-                    ):
-                        f.give(f.count(LEFT))
+    @property
+    def _behind_actions(self) -> int:
+        """How many numbers ``@act`` gives: rates of contacts' arguments follow, and the length of a step."""
+        return len(self.rows.changed) + 2 * self.rows.events + len(self.rows.bounces)
 
-    def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
+    def _acted(self, f: Function, j: Integer | None = None) -> Pointer:
+        """Compute what the actions of all events set, or that of one if it can be done alone."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
+        time, one = f.place(state, layout.time), f.count(1)
+        if self.alone and not rows.reached and j is not None:
+            f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
+        else:
+            f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
+        return results
+
+    def _bounce(self, f: Function, j: Integer, results: Pointer, least: Real) -> None:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
-        rest."""
+        rest. Speeds up to the ``least`` one may be rounding errors of those of others."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         event = j - rows.first_event
         bounce = f.load_integer("@bounces", j)
@@ -214,15 +217,20 @@ class ActionCode:
             moved = size * f.load(state, layout.at(Clock.STEP))
             near = f.larger(f.load(results, own) * ROUNDING, moved)
             beyond = f.load("%row", self.term) * side < -near
-            with f.when(beyond | (mark > 0.0) | ~(rate * side < -size) | ~(left > size)):
+            again = (mark > 0.0) & ~((rate * side < -least) & (least > 0.0))
+            with f.when(beyond | again | ~(rate * side < -size) | ~(left > f.larger(size, least))):
                 f.give(f.count(LEFT))
             t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
             place = event * 2 + rows.times(layout).start
             last = f.load(state, place), f.load(state, place + 1)
             since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
             remaining = flight / (f.constant(1.0) - flight / since)
-            part = SOONER if rows.reached else SOON
-            soon = remaining <= f.load(state, layout.at(Clock.STEP)) * part
+            part, length = SOONER if rows.reached else SOON, f.load(state, layout.at(Clock.STEP))
+            if rows.joined:  # no step was taken since another impact
+                last_step = self._behind_actions + len(rows.bounces)
+                length = f.select(length > 0.0, length, f.load(results, last_step))
+                f.store(length, results, last_step)
+            soon = remaining <= length * part
             with f.when((flight > 0.0) & (flight < since) & soon):
                 f.give(f.count(LEFT))
             if self.interpolated:

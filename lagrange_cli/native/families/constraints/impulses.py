@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.families.arrays import Array, Source
+from lagrange_cli.families.arrays import Array, Source, Term, Total
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.jet import saddle_of, solve
@@ -34,7 +35,7 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
-HEAD = f"define internal i64 @{PUSH}(ptr %constants, ptr %state, ptr %results, i64 %event) #0"
+HEAD = f"define internal i64 @{PUSH}(ptr %constants, ptr %state, ptr %results, ptr %speeds, i64 %event) #0"
 PASSES = 2
 """How often impulses are computed: what rounding leaves of the first ones, too."""
 EXACT = 2.0**-30
@@ -53,8 +54,17 @@ class Impulses(Offsets):
         zeros = dict.fromkeys(range(len(self.bounds)), self.graph.zero)
         self.right = self.of_bounds(zeros, less=self.off_speeds)
         self.speeds = self.on_coordinates(None, self.multipliers)
+        self.approaching = self.rates_of_contacts()
         self.kept = Array(Source.TOTAL, 4 * system.q.count)
         """The state before, with its low parts."""
+
+    def rates_of_contacts(self) -> Total:
+        """The rates of the arguments of contacts."""
+        contact = self.system.contact
+        assert isinstance(contact, Coupled)
+        bounds = [one for one in contact.bonds.bounds if one.numbers[0] >= contact.fixed]
+        terms = [Term(one.domain, self.rate(one.node), one.numbers - contact.fixed) for one in bounds]
+        return self.total(contact.count, terms)
 
     @cached_property
     def inverses(self) -> Array:
@@ -63,15 +73,16 @@ class Impulses(Offsets):
 
     @property
     def arrays(self) -> Sequence[Array]:
-        found = [self.inverses, self.square, self.right, self.multipliers, self.speeds, self.kept]
-        return [*super().arrays, *found]
+        found = [self.inverses, self.square, self.right, self.multipliers, self.speeds]
+        return [*super().arrays, *found, self.approaching, self.kept]
 
 
 @dataclass(frozen=True)
 class Impulse:
     """Writes the function of the ``evaluation``: it sets what an event sets, and lets the constraints act;
     ``LEFT`` if these are not met then to the last digit, and nothing has changed. Actions set what is
-    ``changed``: by event, the place among q and q_dot (2, values)."""
+    ``changed``: by event, the place among q and q_dot (2, values). It gives the rates of contacts' arguments
+    then, at %speeds."""
 
     moves: Impulses
     evaluation: Evaluation
@@ -109,6 +120,9 @@ class Impulse:
         with f.when(~(good & sound.get())):
             self._copy(kept, state, (0, 2 * degrees), (0, layout.width))
             f.give(f.count(LEFT))
+        evaluation.write([moves.approaching])
+        with f.loop(0, moves.approaching.count, tested=False) as i:
+            f.store(f.load(where(moves.approaching), i), f.pointer("%speeds"), i)
         f.give(f.count(DONE))
         return f.text()
 
