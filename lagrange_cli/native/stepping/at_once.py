@@ -141,11 +141,17 @@ class AtOnce:
         """End the contacts at which an impact has given the motion a speed; whether it is clear which these
         are. ``speeds`` are those of all contacts' arguments now."""
         rows, layout, state, clear = self.rows, self.layout, f.pointer("%state"), f.variable(Bit(f, "true"))
+
+        def stays(one: Other) -> Bit:
+            """Whether it rests on: what it moves with is a rounding error."""
+            return ~one.held.equals(0.0) & (f.magnitude(f.load(speeds, one.k)) <= largest * ROUNDING)
+
         with self.touching(f, j, results) as one:
-            clear.set(clear.get() & (f.magnitude(f.load(speeds, one.k)) > largest * CLEAR))
+            moves = f.magnitude(f.load(speeds, one.k)) > largest * CLEAR
+            clear.set(clear.get() & (moves | stays(one)))
         with f.when(clear.get()):
             mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))
-            with self.touching(f, j, results) as one, f.when(~one.held.equals(0.0)):
+            with self.touching(f, j, results) as one, f.when(~(one.held.equals(0.0) | stays(one))):
                 f.store(one.held, state, one.j + rows.mode(layout))
                 f.store(mark, state, one.j + rows.fresh(layout))
                 f.store(f.constant(0.0), state, one.rest + rows.mode(layout))
