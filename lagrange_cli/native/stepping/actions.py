@@ -14,7 +14,7 @@ from itertools import accumulate
 from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.at_once import CLEAR, AtOnce
 from lagrange_cli.records import dataclass
@@ -130,7 +130,7 @@ class ActionCode:
             elif rows.reached:
                 with self.at_once.touching(f, j, results):
                     f.give(left)
-            self._bounce(f, j, results, largest * CLEAR)
+            still = self._bounce(f, j, results, largest)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
         if rows.joined:
@@ -138,7 +138,7 @@ class ActionCode:
             given = f.pointer("%constants"), state, results, speeds, j - rows.first_event
             with f.when(f.call(Integer, PUSH, *given).equals(LEFT)):
                 f.give(left)
-            with f.when(~self.at_once.release(f, j, results, speeds, largest)):
+            with f.when(~self.at_once.release(f, j, results, speeds, (largest, still))):
                 for first in (0, layout.width):
                     f.copy_rows((before, first), (state, first), 2 * layout.degrees, 1)
                 f.give(left)
@@ -163,6 +163,8 @@ class ActionCode:
         if self.interpolated and rows.bounces:  # its speed tells, which long polynomials show less precisely
             impact = ~f.load_integer("@bounces", j).equals(NOTHING)
             side = f.select(impact, f.load(state, own), side)
+        if rows.joined:  # where it has no speed, rounding would tell
+            side = f.load(state, own)
         f.store(side, state, own)
         f.call(None, NOTE, state, after)
         f.store(f.constant(AFTER), after, layout.at(NOTES[0]))
@@ -202,11 +204,12 @@ class ActionCode:
             f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
         return results
 
-    def _bounce(self, f: Function, j: Integer, results: Pointer, least: Real) -> None:
+    def _bounce(self, f: Function, j: Integer, results: Pointer, largest: Real) -> Bit:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
-        rest. Speeds up to the ``least`` one may be rounding errors of those of others."""
+        rest. Whether it leaves no speed, where others may come first; speeds are compared with the
+        ``largest`` then."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        event = j - rows.first_event
+        event, still = j - rows.first_event, f.variable(f.never(1))
         bounce = f.load_integer("@bounces", j)
         with f.when(~bounce.equals(NOTHING)):
             side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
@@ -217,8 +220,14 @@ class ActionCode:
             moved = size * f.load(state, layout.at(Clock.STEP))
             near = f.larger(f.load(results, own) * ROUNDING, moved)
             beyond = f.load("%row", self.term) * side < -near
-            again = (mark > 0.0) & ~((rate * side < -least) & (least > 0.0))
-            with f.when(beyond | again | ~(rate * side < -size) | ~(left > f.larger(size, least))):
+            wrong, least = beyond | ~(rate * side < -size), size
+            if rows.joined:
+                least = f.larger(size, largest * CLEAR)
+                still.set(self.at_once.stands(f.magnitude(left), largest))
+                wrong = wrong | ((mark > 0.0) & ~(rate * side < -least)) | ~((left > least) | still.get())
+            else:
+                wrong = wrong | (mark > 0.0) | ~(left > least)
+            with f.when(wrong):
                 f.give(f.count(LEFT))
             t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
             place = event * 2 + rows.times(layout).start
@@ -231,12 +240,13 @@ class ActionCode:
                 length = f.select(length > 0.0, length, f.load(results, last_step))
                 f.store(length, results, last_step)
             soon = remaining <= length * part
-            with f.when((flight > 0.0) & (flight < since) & soon):
+            with f.when((flight > 0.0) & (flight < since) & soon & ~still.get()):
                 f.give(f.count(LEFT))
             if self.interpolated:
                 height = left * 0.25 * f.smaller(since * (left / f.magnitude(rate)), f.magnitude(flight))
                 with f.when(height <= f.load(results, own) * (UNSEEN * DOUBTFUL)):
                     f.give(f.count(LEFT))
+        return still.get()
 
     def _note_time(self, f: Function, j: Integer) -> None:
         """Note the time of an impact."""

@@ -126,9 +126,15 @@ class AtOnce:
         return f
 
     def unclear(self, f: Function, one: Other, speed: Real, largest: Real) -> Bit:
-        """Whether it is not clear that something touches no more, or is hit now, with this ``speed``."""
+        """Whether it is not clear that something touches no more, is hit now, with this ``speed``, or has
+        none."""
+        size = f.magnitude(speed)
         later = ~(self.mark(f, one.j) > 0.0) & (f.magnitude(one.value) > one.size * ROUNDING) & (speed > 0.0)
-        return later | ~(f.magnitude(speed) > largest * CLEAR)
+        return later | (~(size > largest * CLEAR) & ~self.stands(size, largest))
+
+    def stands(self, size: Real, largest: Real) -> Bit:
+        """Whether a speed is nothing but a rounding error."""
+        return size <= largest * ROUNDING
 
     def leave(self, f: Function, j: Integer, results: Pointer, largest: Real, left: Integer) -> None:
         """Give ``left`` where something touches that it is unclear of whether it moves."""
@@ -137,22 +143,29 @@ class AtOnce:
             with f.when(self.unclear(f, one, speed, largest)):
                 f.give(left)
 
-    def release(self, f: Function, j: Integer, results: Pointer, speeds: Pointer, largest: Real) -> Bit:
+    def release(
+        self, f: Function, j: Integer, results: Pointer, speeds: Pointer, given: tuple[Real, Bit]
+    ) -> Bit:
         """End the contacts at which an impact has given the motion a speed; whether it is clear which these
-        are. ``speeds`` are those of all contacts' arguments now."""
-        rows, layout, state, clear = self.rows, self.layout, f.pointer("%state"), f.variable(Bit(f, "true"))
-
-        def stays(one: Other) -> Bit:
-            """Whether it rests on: what it moves with is a rounding error."""
-            return ~one.held.equals(0.0) & (f.magnitude(f.load(speeds, one.k)) <= largest * ROUNDING)
-
+        are, and the caller need not choose those that hold: another impact comes first, or nothing touches
+        without a speed. ``speeds`` are those of all contacts' arguments now; the largest velocity was
+        ``given``, and whether ``j`` has no speed left."""
+        rows, layout, state, (largest, still) = self.rows, self.layout, f.pointer("%state"), given
+        clear, due, pressed = (f.variable(one) for one in (Bit(f, "true"), f.never(1), still))
         with self.touching(f, j, results) as one:
-            moves = f.magnitude(f.load(speeds, one.k)) > largest * CLEAR
-            clear.set(clear.get() & (moves | stays(one)))
+            held = ~one.held.equals(0.0)
+            speed = f.load(speeds, one.k) * f.select(held, one.held, self.mode(f, one.j))
+            stands = self.stands(f.magnitude(speed), largest)
+            clear.set(clear.get() & (stands | (f.magnitude(speed) > largest * CLEAR)))
+            due.set(due.get() | (~stands & (speed < 0.0)))
+            pressed.set(pressed.get() | (stands & ~held))
+        clear.set(clear.get() & (due.get() | ~pressed.get()))
         with f.when(clear.get()):
             mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))
-            with self.touching(f, j, results) as one, f.when(~(one.held.equals(0.0) | stays(one))):
-                f.store(one.held, state, one.j + rows.mode(layout))
-                f.store(mark, state, one.j + rows.fresh(layout))
-                f.store(f.constant(0.0), state, one.rest + rows.mode(layout))
+            with self.touching(f, j, results) as one:
+                moves = ~self.stands(f.magnitude(f.load(speeds, one.k)), largest)
+                with f.when(~one.held.equals(0.0) & moves):
+                    f.store(one.held, state, one.j + rows.mode(layout))
+                    f.store(mark, state, one.j + rows.fresh(layout))
+                    f.store(f.constant(0.0), state, one.rest + rows.mode(layout))
         return clear.get()
