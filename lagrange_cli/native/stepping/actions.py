@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.at_once import CLEAR, AtOnce
+from lagrange_cli.native.stepping.at_once import AtOnce, Speeds
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
@@ -102,7 +102,7 @@ class ActionCode:
     def at_once(self) -> AtOnce:
         """The code for impacts at one time."""
         own = partial(self._own, name="changed", count=len(self.rows.changed))
-        return AtOnce(self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j))
+        return AtOnce(self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j), self._behind_actions)
 
     @property
     def more(self) -> str:
@@ -123,22 +123,22 @@ class ActionCode:
         changed = "changed", len(rows.changed), j
         with self._own(f, *changed) as i, f.when(~(f.magnitude(f.load(results, i)) <= HUGE)):
             f.give(left)
+        known = None
         if rows.bounces:
-            largest = self.at_once.largest(f) if rows.joined else f.constant(0.0)
             if rows.joined:
-                self.at_once.leave(f, j, results, largest, left)
+                known = self.at_once.speeds(f, j, results)
             elif rows.reached:
                 with self.at_once.touching(f, j, results):
                     f.give(left)
-            still = self._bounce(f, j, results, largest)
+            still = self._bounce(f, j, results, known)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
-        if rows.joined:
+        if known is not None:
             speeds = f.place(results, self._behind_actions, "double")
             given = f.pointer("%constants"), state, results, speeds, j - rows.first_event
             with f.when(f.call(Integer, PUSH, *given).equals(LEFT)):
                 f.give(left)
-            with f.when(~self.at_once.release(f, j, results, speeds, (largest, still))):
+            with f.when(~self.at_once.release(f, j, results, speeds, known, still)):
                 for first in (0, layout.width):
                     f.copy_rows((before, first), (state, first), 2 * layout.degrees, 1)
                 f.give(left)
@@ -204,10 +204,10 @@ class ActionCode:
             f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
         return results
 
-    def _bounce(self, f: Function, j: Integer, results: Pointer, largest: Real) -> Bit:
+    def _bounce(self, f: Function, j: Integer, results: Pointer, known: Speeds | None) -> Bit:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
-        rest. Whether it leaves no speed, where others may come first; speeds are compared with the
-        ``largest`` then."""
+        rest. Whether it leaves no speed, where others may come first; speeds are compared with those
+        that are ``known``."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         event, still = j - rows.first_event, f.variable(f.never(1))
         bounce = f.load_integer("@bounces", j)
@@ -221,9 +221,9 @@ class ActionCode:
             near = f.larger(f.load(results, own) * ROUNDING, moved)
             beyond = f.load("%row", self.term) * side < -near
             wrong, least = beyond | ~(rate * side < -size), size
-            if rows.joined:
-                least = f.larger(size, largest * CLEAR)
-                still.set(self.at_once.stands(f.magnitude(left), largest))
+            if known is not None:
+                least = f.larger(size, known.least)
+                still.set(self.at_once.stands(f.magnitude(left), known))
                 wrong = wrong | ((mark > 0.0) & ~(rate * side < -least)) | ~((left > least) | still.get())
             else:
                 wrong = wrong | (mark > 0.0) | ~(left > least)
@@ -235,10 +235,9 @@ class ActionCode:
             since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
             remaining = flight / (f.constant(1.0) - flight / since)
             part, length = SOONER if rows.reached else SOON, f.load(state, layout.at(Clock.STEP))
-            if rows.joined:  # no step was taken since another impact
-                last_step = self._behind_actions + len(rows.bounces)
-                length = f.select(length > 0.0, length, f.load(results, last_step))
-                f.store(length, results, last_step)
+            if rows.joined:
+                length = self.at_once.length(f, results)
+                f.store(length, results, self._behind_actions + len(rows.bounces))
             soon = remaining <= length * part
             with f.when((flight > 0.0) & (flight < since) & soon & ~still.get()):
                 f.give(f.count(LEFT))

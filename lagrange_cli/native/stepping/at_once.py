@@ -22,8 +22,10 @@ TOUCHING = 2.0**-34
 does along a long way."""
 ROUNDING = 2.0**-44
 """An argument that is so small beside its terms is a rounding error."""
-CLEAR = 2.0**-34
+CLEAR = 2.0**-40
 """Relative speeds that are more than this part of the largest velocity are no rounding errors."""
+HIDDEN = 2.0**-30
+"""Nor do flights end in no time that take longer than this part of a step (``integrate.impacts.resting``)."""
 UNCLEAR = -1
 """What ``@first_impact`` gives where the caller decides."""
 
@@ -42,15 +44,25 @@ class Other:
 
 
 @dataclass(frozen=True)
+class Speeds:
+    """The ``largest`` velocity, and the ``least`` speed that tells that something moves."""
+
+    largest: Real
+    least: Real
+
+
+@dataclass(frozen=True)
 class AtOnce:
     """Writes the code for them. Of series, ``term`` and ``row`` are doubles from a coefficient to the next one
-    and from an argument to the next one; ``own`` loops over what the action of an event sets."""
+    and from an argument to the next one; ``own`` loops over what the action of an event sets. ``behind`` so
+    many results of ``@act`` are others (``ActionCode``)."""
 
     rows: GuardRows
     layout: StateLayout
     term: int
     row: int
     own: Callable[[Function, Integer], AbstractContextManager[Integer]]
+    behind: int
 
     def mode(self, f: Function, j: Integer) -> Real:
         """The mode of a guard."""
@@ -95,13 +107,29 @@ class AtOnce:
             found.set(f.larger(f.magnitude(f.load("%state", i)), found.get()))
         return found.get()
 
+    def speeds(self, f: Function, j: Integer, results: Pointer) -> Speeds:
+        """The speeds that others are compared with."""
+        largest, bend = self.largest(f), f.variable(f.constant(0.0))
+        with f.loop(0, len({guard for guard, _ in self.rows.reached}), tested=False) as k:
+            other = f.load_integer("@touching", k)
+            found = f.magnitude(self.coefficient(f, f.pointer("%row"), j, other, 3))
+            bend.set(f.larger(found, bend.get()))
+        step = self.length(f, results)
+        return Speeds(largest, f.larger(largest * CLEAR, bend.get() * step * HIDDEN))
+
+    def length(self, f: Function, results: Pointer) -> Real:
+        """The length of the last step, also where others act now."""
+        step = f.load("%state", self.layout.at(Clock.STEP))
+        return f.select(step > 0.0, step, f.load(results, self.behind + len(self.rows.bounces)))
+
     def first(self, act: Callable[[Function], Pointer]) -> Function:
         """``@first_impact(state, constants, j, trial, row)``: of the impacts that happen now, one of which is
         at guard ``j``, the fastest in terms of rounding errors. ``act`` computes what actions set."""
         f = Function(
             "define internal i64 @first_impact(ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %row) #0"
         )
-        rows, j, results, largest = self.rows, Integer(f, "%j"), act(f), self.largest(f)
+        rows, j, results = self.rows, Integer(f, "%j"), act(f)
+        known = self.speeds(f, j, results)
 
         def speed(one: Integer) -> Real:
             """How fast an argument comes to 0."""
@@ -110,11 +138,11 @@ class AtOnce:
         def beside(value: Real, one: Integer) -> Real:
             """In terms of what rounding errors are a part of."""
             size = f.load(results, (one - rows.first_event) * 2 + (len(rows.changed) + 1))
-            return value / f.larger(size, largest)
+            return value / f.larger(size, known.largest)
 
         chosen, fastest = f.variable(j), f.variable(beside(speed(j), j))
         with self.touching(f, j, results) as one, f.when(one.held.equals(0.0)):
-            with f.when(self.unclear(f, one, speed(one.j), largest)):
+            with f.when(self.later(f, one, speed(one.j))):
                 f.give(f.count(UNCLEAR))
             this = beside(speed(one.j), one.j)
             towards = f.load_integer("@guard_directions", one.j).to_real() * self.mode(f, one.j) <= 0.0
@@ -125,45 +153,34 @@ class AtOnce:
         f.give(f.select(simple, chosen.get(), f.count(UNCLEAR)))
         return f
 
-    def unclear(self, f: Function, one: Other, speed: Real, largest: Real) -> Bit:
-        """Whether it is not clear that something touches no more, is hit now, with this ``speed``, or has
-        none."""
-        size = f.magnitude(speed)
-        later = ~(self.mark(f, one.j) > 0.0) & (f.magnitude(one.value) > one.size * ROUNDING) & (speed > 0.0)
-        return later | (~(size > largest * CLEAR) & ~self.stands(size, largest))
+    def later(self, f: Function, one: Other, speed: Real) -> Bit:
+        """Whether something may be hit a little later, with this ``speed``."""
+        return ~(self.mark(f, one.j) > 0.0) & (f.magnitude(one.value) > one.size * ROUNDING) & (speed > 0.0)
 
-    def stands(self, size: Real, largest: Real) -> Bit:
+    def stands(self, size: Real, known: Speeds) -> Bit:
         """Whether a speed is nothing but a rounding error."""
-        return size <= largest * ROUNDING
-
-    def leave(self, f: Function, j: Integer, results: Pointer, largest: Real, left: Integer) -> None:
-        """Give ``left`` where something touches that it is unclear of whether it moves."""
-        with self.touching(f, j, results) as one, f.when(one.held.equals(0.0)):
-            speed = -(self.coefficient(f, f.pointer("%row"), j, one.j, 2) * self.mode(f, one.j))
-            with f.when(self.unclear(f, one, speed, largest)):
-                f.give(left)
+        return size <= known.largest * ROUNDING
 
     def release(
-        self, f: Function, j: Integer, results: Pointer, speeds: Pointer, given: tuple[Real, Bit]
+        self, f: Function, j: Integer, results: Pointer, speeds: Pointer, known: Speeds, still: Bit
     ) -> Bit:
-        """End the contacts at which an impact has given the motion a speed; whether it is clear which these
-        are, and the caller need not choose those that hold: another impact comes first, or nothing touches
-        without a speed. ``speeds`` are those of all contacts' arguments now; the largest velocity was
-        ``given``, and whether ``j`` has no speed left."""
-        rows, layout, state, (largest, still) = self.rows, self.layout, f.pointer("%state"), given
+        """End the contacts at which an impact has given the motion a speed; whether another impact comes next,
+        or it is clear which contacts hold. ``speeds`` are those of all contacts' arguments now; where ``j`` is ``still``, it
+        has none left."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
         clear, due, pressed = (f.variable(one) for one in (Bit(f, "true"), f.never(1), still))
         with self.touching(f, j, results) as one:
             held = ~one.held.equals(0.0)
             speed = f.load(speeds, one.k) * f.select(held, one.held, self.mode(f, one.j))
-            stands = self.stands(f.magnitude(speed), largest)
-            clear.set(clear.get() & (stands | (f.magnitude(speed) > largest * CLEAR)))
-            due.set(due.get() | (~stands & (speed < 0.0)))
+            stands, moves = self.stands(f.magnitude(speed), known), f.magnitude(speed) > known.least
+            clear.set(clear.get() & (stands | moves))
+            due.set(due.get() | (moves & (speed < 0.0)))
             pressed.set(pressed.get() | (stands & ~held))
-        clear.set(clear.get() & (due.get() | ~pressed.get()))
+        clear.set(due.get() | (clear.get() & ~pressed.get()))
         with f.when(clear.get()):
             mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))
             with self.touching(f, j, results) as one:
-                moves = ~self.stands(f.magnitude(f.load(speeds, one.k)), largest)
+                moves = ~self.stands(f.magnitude(f.load(speeds, one.k)), known)
                 with f.when(~one.held.equals(0.0) & moves):
                     f.store(one.held, state, one.j + rows.mode(layout))
                     f.store(mark, state, one.j + rows.fresh(layout))
