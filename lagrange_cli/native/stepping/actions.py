@@ -235,10 +235,10 @@ class ActionCode:
             since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
             remaining = flight / (f.constant(1.0) - flight / since)
             part, length = SOONER if rows.reached else SOON, f.load(state, layout.at(Clock.STEP))
-            if rows.joined:
-                length = self.at_once.length(f, results)
-                f.store(length, results, self._behind_actions + len(rows.bounces))
             soon = remaining <= length * part
+            if known is not None:
+                f.store(self.at_once.length(f, results), results, self._behind_actions + len(rows.bounces))
+                soon = remaining <= known.soon
             with f.when((flight > 0.0) & (flight < since) & soon & ~still.get()):
                 f.give(f.count(LEFT))
             if self.interpolated:

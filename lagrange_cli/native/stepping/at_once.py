@@ -26,6 +26,8 @@ CLEAR = 2.0**-40
 """Relative speeds that are more than this part of the largest velocity are no rounding errors."""
 HIDDEN = 2.0**-30
 """Nor do flights end in no time that take longer than this part of a step (``integrate.impacts.resting``)."""
+SOON, SHORT, NEARLY = 2.0**-30, 2.0**-26, 1.25
+"""When all further impacts take no time (the same place), as far as the forces before an impact tell."""
 UNCLEAR = -1
 """What ``@first_impact`` gives where the caller decides."""
 
@@ -45,10 +47,12 @@ class Other:
 
 @dataclass(frozen=True)
 class Speeds:
-    """The ``largest`` velocity, and the ``least`` speed that tells that something moves."""
+    """The ``largest`` velocity, and the ``least`` speed that tells that something moves. If all further impacts
+    at a contact are over ``soon``, the motion may rest there."""
 
     largest: Real
     least: Real
+    soon: Real
 
 
 @dataclass(frozen=True)
@@ -114,8 +118,13 @@ class AtOnce:
             other = f.load_integer("@touching", k)
             found = f.magnitude(self.coefficient(f, f.pointer("%row"), j, other, 3))
             bend.set(f.larger(found, bend.get()))
-        step = self.length(f, results)
-        return Speeds(largest, f.larger(largest * CLEAR, bend.get() * step * HIDDEN))
+        step, pull = self.length(f, results), f.variable(f.constant(0.0))
+        with f.loop(0, self.layout.degrees, tested=False) as i:
+            velocity = i + self.layout.degrees - f.load_integer("@guard_rows", j)
+            pull.set(f.larger(f.magnitude(f.load("%row", velocity * self.row + self.term)), pull.get()))
+        usual = f.select(pull.get() * step > largest, largest / pull.get(), step)
+        soon = f.larger(step * SOON, usual * SHORT) * NEARLY
+        return Speeds(largest, f.larger(largest * CLEAR, bend.get() * step * HIDDEN), soon)
 
     def length(self, f: Function, results: Pointer) -> Real:
         """The length of the last step, also where others act now."""
