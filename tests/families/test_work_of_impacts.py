@@ -145,10 +145,42 @@ def test_an_impact_of_a_rope_looks_at_few_states(
     count: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The one before and the one after, as long as bobs do not rest, however many there are."""
-    keep_families(monkeypatch, whole=True)
+    """The one before and the one after, as long as bobs do not rest, however many there are, where the caller
+    carries it out."""
+    by_caller(monkeypatch)
     text = (BOBS + FLOOR).format(count=count, e=0.8)
     assert per_impact(text, 0.7, *what(monkeypatch), monkeypatch) <= most
+
+
+@pytest.mark.parametrize(("e", "stop", "share"), [(0.8, 0.7, 0.0), (0.4, 1.0, 0.6), (0.0, 0.7, 0.6)])
+def test_compiled_code_does_impacts_of_ropes(
+    e: float, stop: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the impulses of rods: all of them until bobs rest, and then most of those at one time. Motions are
+    those of impacts done one by one."""
+    keep_families(monkeypatch, whole=True)
+    text = (BOBS + FLOOR).format(count=12, e=e)
+    acted = counted(Happenings, "_act", monkeypatch)
+    found = followed(ready(text), text, stop)
+    count, left = len(found["events/hit/t"]), len(acted)
+    assert count > 10 and left <= share * count
+    by_caller(monkeypatch)
+    expected = followed(ready(text), text, stop)
+    assert len(acted) - left == len(expected["events/hit/t"])
+    for path in ("q/x", "q/y", "v/x", "v/y"):
+        assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-33, path
+
+
+def test_ropes_that_are_not_joined_do_not_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bobs of a rope may rest while another one falls, whose impacts are done by compiled code."""
+    keep_families(monkeypatch, whole=True)
+    rods = "i in range(1, N)"
+    text = (BOBS + FLOOR).format(count=12, e=0.5).replace(rods, f"{rods} if i != 6")
+    text = text.replace('"1 + 0.3*sin(i)"', '"where(i < 6, 0, 0.4 + 0.03*sin(i))"')
+    acted = counted(Happenings, "_act", monkeypatch)
+    found = followed(ready(text), text, 0.4)
+    assert len(found["events/hit/t"]) > 3 and not acted
+    assert np.all(found["q/y"][-1][:6] == 0.0)
 
 
 def test_motions_with_contacts_under_constant_forces_are_polynomials(monkeypatch: pytest.MonkeyPatch) -> None:
