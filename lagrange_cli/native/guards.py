@@ -51,6 +51,8 @@ on."""
 SAMPLE, AFTER = Clock.LEAVING, -1.0
 """Where it has the number of samples before it; and the number of the record that follows, of the state after
 a simple action."""
+DONE, LEFT = 1, 0
+"""The results of functions that do what an event does: it is done, or left to the caller."""
 BESIDE = 3
 """Rows that a guard has where something jumps."""
 

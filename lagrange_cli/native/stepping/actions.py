@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import accumulate
 
-from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
+from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -28,8 +28,6 @@ PUSH = "push"
 """The function that sets what an event's action sets, and lets constraints act, if they have impulses then."""
 NOTE = "note"
 """The function that copies a state into a record."""
-DONE, LEFT = 1, 0
-"""The results of ``@change``: it is done, or left to the caller of ``@advance``."""
 ROUNDING = 2.0**-44
 """A rate that is so small beside its terms is a rounding error."""
 SOON, SOONER = 2.0**-29, 2.0**-25

@@ -12,13 +12,13 @@ from contextlib import contextmanager
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.native.guards import BRIEF, NOTES, NOWHERE, RECORDED, Role
+from lagrange_cli.native.guards import BRIEF, LEFT, NOTES, NOWHERE, RECORDED, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
-from lagrange_cli.native.stepping.actions import LEFT, NOTE
+from lagrange_cli.native.stepping.actions import NOTE
 from lagrange_cli.native.stepping.at_once import UNCLEAR
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces

@@ -25,17 +25,18 @@ from lagrange_cli.native.families.constraints.projection import Residuals, add_t
 from lagrange_cli.native.families.evaluation import Evaluation, added
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.tables import place_at
+from lagrange_cli.native.guards import DONE, LEFT
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout, vectors_of
-from lagrange_cli.native.stepping.actions import DONE, LEFT, PUSH
+from lagrange_cli.native.stepping.actions import PUSH
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
-HEAD = f"define internal i64 @{PUSH}(ptr %constants, ptr %state, ptr %results, ptr %speeds, i64 %event) #0"
+HEAD = f"define i64 @{PUSH}(ptr %constants, ptr %state, ptr %results, ptr %speeds, i64 %event) #0"
 PASSES = 2
 """How often impulses are computed: what rounding leaves of the first ones, too."""
 EXACT = 2.0**-30
