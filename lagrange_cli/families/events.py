@@ -62,8 +62,12 @@ class Events:
     impacts: Impacts | None = None
     pushing: NDArray[np.bool_] | None = None
 
-    def without(self, left: NDArray[np.bool_]) -> Events:
-        """The same where the actions of events that are ``left`` to callers are not simple."""
+    def simple_in(self, parts: int, scheme: str) -> Events:
+        """The same where numbers have so many ``parts``, or a ``scheme`` takes steps: simple actions set
+        doubles, and impulses follow where there are series."""
+        if parts == 1 and not (scheme and self.pushing is not None):
+            return self
+        left = self.simple if parts > 1 or self.pushing is None else self.pushing
         simple = self.simple & ~left
         affected = tuple(one for one in self.affected if simple[one[0]])
         return replace(self, simple=simple, affected=affected, pushing=None)

@@ -83,8 +83,8 @@ class Interface:
     actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
     events: a simple action, and what it changes the argument of. ``reached`` are the coordinates on which
     impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these
-    where nothing else touches; where constraints have impulses then, ``joined`` has for each coordinate one of
-    those that they couple with it, and ``reached`` these. ``@act`` computes new values, two sizes of
+    where nothing else touches; where constraints have impulses then, ``joined`` has for each coordinate one
+    of those that they couple with it, and ``reached`` these. ``@act`` computes new values, two sizes of
     each event's argument, and the ``masses`` that actions change, of these particles. ``@constrain``
     computes so many ``constraints``, their rates, and the entries of the matrix of the equations that
     ``pattern`` names; only where an action may leave the constraints.
@@ -221,11 +221,13 @@ class Interface:
     @property
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
-        series ahead, and what parts of steps need; records of events, what ``@act`` gives, and rates of contacts'
-        arguments. The last one is the length of a step, where impacts at one time are followed."""
-        return self.records + (
-            self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0
-        ) + (len(self.bounces) + 1 if self.joined else 0)
+        series ahead, and what parts of steps need; records of events, what ``@act`` gives, and rates of
+        contacts' arguments. The last one is the length of a step, where impacts at one time are followed."""
+        return (
+            self.records
+            + (self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0)
+            + (len(self.bounces) + 1 if self.joined else 0)
+        )
 
     @property
     def acted(self) -> int:

@@ -92,11 +92,8 @@ class Arrangement:
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count
-        self.events = system.events if stepping else None
-        if self.events is not None and kind.parts > 1:  # simple actions set doubles
-            self.events = self.events.without(self.events.simple)
-        if self.events is not None and self.events.pushing is not None and scheme:
-            self.events = self.events.without(self.events.pushing)
+        acting = system.events if stepping else None
+        self.events = acting and acting.simple_in(kind.parts, scheme)
         self.modes = system.modes
         followed = [one.arguments for one in (self.modes, self.events) if one is not None]
         guards = sum(one.count for one in followed)

@@ -37,7 +37,8 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.records import replace
 
 MANY = 256
-"""Contacts and constraints from which on a function for a few coefficients pays, although its code takes time to compile."""
+"""Contacts and constraints from which on a function for a few coefficients pays, although its code takes time
+to compile."""
 
 
 class MotionJets(Preparation):

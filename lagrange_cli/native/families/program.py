@@ -8,7 +8,6 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 from __future__ import annotations
 
 from functools import cached_property, partial
-from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
@@ -81,7 +80,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=() if self.modes is None else tuple(self.modes.vectors),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
-            affected=self.events.affected if self.events else (), reached=self.reached(), masses=(), joined=self.joined,
+            affected=self.events.affected if self.events else (), reached=self.reached(),
+            joined=self.joined, masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count,
             pattern=self.pattern,
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -229,8 +229,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
         return Given(
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
-            project=self.projection() + self.push(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
-            alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
+            project=self.projection() + self.push(), timed=not self.system.steady, floors=floors,
+            jointed=self.system.mixed, alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
             directions="" if self.scheme else allow_directions(self, interface.inner),
         )  # fmt: skip
 
@@ -270,24 +270,6 @@ class FamilyProgram(Returning, Observation, MotionJets):
         if self.joined:
             guards, rows = np.unique([guards, np.array(self.joined)[rows]], axis=1)
         return tuple(zip(guards.tolist(), rows.tolist()))
-
-    @cached_property
-    def joined(self) -> tuple[int, ...]:
-        """For each coordinate the first of those that constraints couple with it, if these have impulses after
-        simple actions."""
-        if self.impulses is None:
-            return ()
-        first = np.arange(self.degrees)
-        members = [[(one.numbers, rows) for rows in one.rows] for one in self.impulses.bounds]
-        while True:
-            before, least = first.copy(), np.full(self.impulses.count, self.degrees)
-            for numbers, rows in chain.from_iterable(members):
-                np.minimum.at(least, numbers, first[rows])
-            for numbers, rows in chain.from_iterable(members):
-                np.minimum.at(first, rows, least[numbers])
-            first = first[first]
-            if np.array_equal(first, before):
-                return tuple(first.tolist())
 
     def shared(self) -> str:
         """The functions by which threads share work, if they do; their board is the next array."""

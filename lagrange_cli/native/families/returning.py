@@ -33,6 +33,11 @@ class Returning(AtRest):
         evaluation, scratch = self.at_a_place(Function(HEAD), self.moves, self.moves.arrays)
         return Projection(self.moves, evaluation, self.layout, self.tabled, self.factors, scratch).text()
 
+    @property
+    def joined(self) -> tuple[int, ...]:
+        """What constraints couple that have impulses after simple actions (``Interface.joined``)."""
+        return () if self.impulses is None else self.impulses.joined
+
     def push(self) -> str:
         """``@push``, if compiled code carries out impacts after which constraints have impulses; its arrays
         are the next ones."""

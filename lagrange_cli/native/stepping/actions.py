@@ -14,9 +14,9 @@ from itertools import accumulate
 from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.at_once import AtOnce, Speeds
+from lagrange_cli.native.stepping.at_once import ROUNDING, AtOnce, Speeds
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
@@ -25,11 +25,9 @@ NOTHING = -1
 ALONE = "act_alone"
 """The function that gives what one event's action sets, if there is one."""
 PUSH = "push"
-"""The function that sets what an event's action sets, and lets constraints act, if they have impulses then."""
+"""The function that sets what an event's action sets, and lets constraints act that have impulses then."""
 NOTE = "note"
 """The function that copies a state into a record."""
-ROUNDING = 2.0**-44
-"""A rate that is so small beside its terms is a rounding error."""
 SOON, SOONER = 2.0**-29, 2.0**-25
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
 tells, the caller decides whether the motion rests: the second where impacts act on one another, whose limit
@@ -100,7 +98,9 @@ class ActionCode:
     def at_once(self) -> AtOnce:
         """The code for impacts at one time."""
         own = partial(self._own, name="changed", count=len(self.rows.changed))
-        return AtOnce(self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j), self._behind_actions)
+        return AtOnce(
+            self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j), self._behind_actions
+        )
 
     @property
     def more(self) -> str:
@@ -133,8 +133,8 @@ class ActionCode:
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
         if known is not None:
             speeds = f.place(results, self._behind_actions, "double")
-            given = f.pointer("%constants"), state, results, speeds, j - rows.first_event
-            with f.when(f.call(Integer, PUSH, *given).equals(LEFT)):
+            arrays = f.pointer("%constants"), state, results, speeds
+            with f.when(f.call(Integer, PUSH, *arrays, j - rows.first_event).equals(LEFT)):
                 f.give(left)
             with f.when(~self.at_once.release(f, j, results, speeds, known, still)):
                 for first in (0, layout.width):

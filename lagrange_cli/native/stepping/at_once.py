@@ -47,8 +47,8 @@ class Other:
 
 @dataclass(frozen=True)
 class Speeds:
-    """The ``largest`` velocity, and the ``least`` speed that tells that something moves. If all further impacts
-    at a contact are over ``soon``, the motion may rest there."""
+    """The ``largest`` velocity, and the ``least`` speed that tells that something moves. If all further
+    impacts at a contact are over ``soon``, the motion may rest there."""
 
     largest: Real
     least: Real
@@ -57,9 +57,9 @@ class Speeds:
 
 @dataclass(frozen=True)
 class AtOnce:
-    """Writes the code for them. Of series, ``term`` and ``row`` are doubles from a coefficient to the next one
-    and from an argument to the next one; ``own`` loops over what the action of an event sets. ``behind`` so
-    many results of ``@act`` are others (``ActionCode``)."""
+    """Writes the code for them. Of series, ``term`` and ``row`` are doubles from a coefficient to the next
+    one, and from an argument to the next one; ``own`` loops over what the action of an event sets. Behind so
+    many results of ``@act`` are other numbers (``Interface.trial``)."""
 
     rows: GuardRows
     layout: StateLayout
@@ -173,9 +173,9 @@ class AtOnce:
     def release(
         self, f: Function, j: Integer, results: Pointer, speeds: Pointer, known: Speeds, still: Bit
     ) -> Bit:
-        """End the contacts at which an impact has given the motion a speed; whether another impact comes next,
-        or it is clear which contacts hold. ``speeds`` are those of all contacts' arguments now; where ``j`` is ``still``, it
-        has none left."""
+        """End the contacts at which an impact has given the motion a speed, and tell whether another impact
+        comes next, or it is clear which contacts hold; else change nothing. ``speeds`` are those of all
+        contacts' arguments now; where ``j`` is ``still``, it has none left."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         clear, due, pressed = (f.variable(one) for one in (Bit(f, "true"), f.never(1), still))
         with self.touching(f, j, results) as one:

@@ -1,8 +1,8 @@
 """``@push``: the impulses of the forces of constraint after a simple action (``integrate.impacts.impulses``).
 
-An action sets velocities, which stay: as if these coordinates had infinite masses. The others change as little
-as possible in the metric of the masses, so that constraints hold again: with W for 1/M, and 0 of what was
-set,
+An action sets velocities, which stay, as if these coordinates had infinite masses. The others change as
+little as possible in the metric of the masses, so that constraints hold again: with W for 1/M, and 0 of what
+was set,
 
     A W A^T mu = -g,    dv = W A^T mu.
 """
@@ -71,6 +71,22 @@ class Impulses(Offsets):
     def inverses(self) -> Array:
         """W."""
         return Array(Source.TOTAL, self.system.q.count)
+
+    @cached_property
+    def joined(self) -> tuple[int, ...]:
+        """For each coordinate the first of those that constraints couple with it."""
+        first, pairs = np.arange(self.system.q.count), [(one.numbers, one.rows) for one in self.bounds]
+        while True:
+            before, least = first.copy(), np.full(self.count, len(first))
+            for numbers, columns in pairs:
+                for rows in columns:
+                    np.minimum.at(least, numbers, first[rows])
+            for numbers, columns in pairs:
+                for rows in columns:
+                    np.minimum.at(first, rows, least[numbers])
+            first = first[first]
+            if np.array_equal(first, before):
+                return tuple(first.tolist())
 
     @property
     def arrays(self) -> Sequence[Array]:
@@ -176,4 +192,3 @@ class Impulse:
             done.set(f.load("%state", place).equals(before))
         f.store(count, "%state", place)
         return done.get()
-

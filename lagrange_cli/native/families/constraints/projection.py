@@ -28,9 +28,7 @@ class Residuals(Writer):
     """The loop over the constraints of a bound: what should be 0, from all digits of the state, and whether
     it is, but for rounding."""
 
-    def __init__(
-        self, moves: Offsets, evaluation: Evaluation, number: int, fine: Variable[Bit]
-    ) -> None:
+    def __init__(self, moves: Offsets, evaluation: Evaluation, number: int, fine: Variable[Bit]) -> None:
         super().__init__(evaluation, moves.loops[number])
         self.moves, self.bound, self.fine = moves, moves.bounds[number], fine
 
