@@ -230,7 +230,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
             project=self.projection() + self.push(), timed=not self.system.steady, floors=floors,
-            jointed=self.system.mixed, alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
+            jointed=self.system.mixed, alone=bool(self.own_actions.loops),
+            coupled=self.together, static=self.static(),
             directions="" if self.scheme else allow_directions(self, interface.inner),
         )  # fmt: skip
 
