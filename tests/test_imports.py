@@ -121,6 +121,7 @@ def test_help_does_not_load_what_reads_files():
     assert not modules_of("--help") & {"pathlib", "urllib", "tempfile", "random"}
 
 
+@pytest.mark.exhaustive(keep=0.3)
 def test_printed_equations_do_not_load_the_compiler():
     modules = modules_of("equations", PENDULUM)
     stages = ("series", "native", "mechanics.residual", "symbolic.hamilton", "symbolic.latex")

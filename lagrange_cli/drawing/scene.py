@@ -17,7 +17,6 @@ from lagrange_cli.expression.node import Kind, Node, bits, union
 from lagrange_cli.expression.syntax import Name
 from lagrange_cli.expression.vocabulary import TIME, member_name
 from lagrange_cli.model.scope import Scope
-from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.values import Values
 from lagrange_cli.spec.wanted import Course, Wanted
@@ -97,13 +96,8 @@ class Scene:
         return vector, free
 
     def vector(self, expression: Expression) -> Place:
-        """A place of the section ``draw``. Raises ``SpecError`` where it contains velocities, and is none."""
-        found = self.scope.vector(expression)
-        if union(found) & union(self.scope.v):
-            source = Source(self.spec.filename, self.spec.text)
-            message, hint = "this place in the drawing contains velocities", "write it in positions and t"
-            raise source.error(expression.place, message, hint)
-        return found
+        """A place of the section ``draw``."""
+        return self.scope.vector(expression)
 
     def _upright(self, given: dict[str, Place]) -> bool:
         """Whether places of one component are heights."""

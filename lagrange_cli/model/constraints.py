@@ -15,8 +15,7 @@ def built_constraints(scope: Scope[E]) -> tuple[Constraint[E], ...]:
     """The holonomic constraints, then the others.
 
     Raises:
-        SpecError: where a holonomic constraint contains a velocity or no coordinate, and another one no
-            velocity.
+        SpecError: where a holonomic constraint contains no coordinate, and another one no velocity.
     """
     state = frozenset(scope.q), frozenset(scope.v)
     problems = Problems(Source(scope.spec.filename, scope.spec.text))
@@ -43,10 +42,7 @@ def _built(
     expression = scope.scalar(written)
     symbols = {*scope.algebra.symbols(expression)}
     moves, turns = (not symbols.isdisjoint(some) for some in state)
-    if holonomic and turns:
-        message = f"constraint '{name}' contains velocities"
-        problems.add_once(written.place, message, "write it under 'nonholonomic'")
-    elif not (moves if holonomic else turns):
+    if not (moves if holonomic else turns):
         message, hint = NO_COORDINATE if holonomic else NO_VELOCITY
         problems.add_once(written.place, message.format(name), hint)
     return Constraint(name, expression, scope.algebra.symbol(multiplier_name(name)), holonomic)

@@ -21,6 +21,7 @@ from lagrange_cli.expression.vocabulary import (
 )
 from lagrange_cli.model.orientation import Turning, turning
 from lagrange_cli.spec.content import groups_by_name, statements
+from lagrange_cli.spec.order import Needs, on_demand
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import WrittenFamily
@@ -56,11 +57,12 @@ class Scope(Generic[E]):
         self.wide = spec.wide
         self._waiting = {*spec.of_particles} - self.wide
         """Definitions that are built when they are first asked for."""
-        for name in groups_by_name(spec.definitions):  # each uses only earlier ones
-            if name not in self.wide and name not in self._waiting:
+        definitions, places = groups_by_name(spec.definitions), groups_by_name(spec.embedding)
+        for name in spec.order:
+            if name in places:
+                self._place(name)
+            elif name in definitions and name not in self.wide and name not in self._waiting:
                 self._define(name)
-        positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
-        self.values |= positions
 
     def __call__(self, identifier: str) -> Value:
         base, _, component = identifier.partition(".")
@@ -89,6 +91,8 @@ class Scope(Generic[E]):
                 if one in needed & self._waiting:
                     self._define(one)
                     self._waiting.discard(one)
+        elif name in self.spec.embedding:
+            raise Needs(name)
 
     def _define(self, name: str) -> None:
         """Build a definition, or a family of them, whose members may use one another."""
@@ -98,6 +102,19 @@ class Scope(Generic[E]):
             return
         for member, definition in zip(one.names, one):
             self.values[member] = self.build(definition)
+
+    def _place(self, name: str) -> None:
+        """Build the position of a particle, or those of a family, whose members may follow from one
+        another."""
+        one = groups_by_name(self.spec.embedding)[name]
+        if not isinstance(one, WrittenFamily):
+            self.values[name] = self.vector(one)
+            return
+
+        def build(member: str) -> None:
+            self.values[member] = self.vector(self.spec.embedding[member])
+
+        on_demand(one.names, build)
 
     @property
     def in_equations(self) -> Iterator[Expression]:

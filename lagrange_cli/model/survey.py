@@ -7,13 +7,14 @@ file gives too little a unit is unknown.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
+from typing import TypeVar
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.syntax import Name, Number, Span, names
 from lagrange_cli.expression.vocabulary import MULTIPLIER, TIME, family_name, velocity_name
-from lagrange_cli.model.dimensions import Walk, vector
+from lagrange_cli.model.dimensions import Walk, components, vector
 from lagrange_cli.model.quantity import (
     BROKEN,
     PURE,
@@ -30,11 +31,20 @@ from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import firsts_of, groups_by_name, parted, statements, written_by_family
+from lagrange_cli.spec.content import (
+    by_name,
+    firsts_of,
+    groups_by_name,
+    parted,
+    statements,
+    written_by_family,
+)
 from lagrange_cli.spec.order import leading_to
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -60,10 +70,13 @@ class Survey:
         self.parameters = self._parameters()
         self.coordinates = self._coordinates()
         of_multipliers, others = parted(spec.definitions, with_multipliers(spec))
-        of_particles, others = parted(others, spec.of_particles)
-        self._values("definition '{}'", others, self.values)
-        self._positions()
-        self._values("definition '{}'", of_particles, self.values)
+        definitions, self.positions = groups_by_name(others), dict[str, Quantity]()
+        positions = written_by_family(spec.embedding)
+        for name in spec.order:
+            if name in definitions:
+                self._values("definition '{}'", by_name({name: definitions[name]}), self.values)
+            elif name in positions:
+                self._place(name, positions[name])
         self.energy = self._energy()
         self.constraints: dict[str, Quantity] = {}
         self._values("constraint '{}'", spec.constraints, self.constraints)
@@ -117,12 +130,23 @@ class Survey:
         """Add the value of each name to ``known``, and of each family that of all its members, which may use
         one another."""
         for name, several in written_by_family(expressions).items():
-            for expression in distinct(several):
+            for expression in self._in_turn(name, distinct(several), itself):
                 value = self.value(expression, where.format(name))
                 before = known.get(name, value)
                 pairs = zip(vector(before), vector(value))
                 found = tuple(joined(pair) for pair in pairs)
                 known[name] = found if isinstance(value, tuple) else found[0]
+
+    def _in_turn(self, name: str, written: Iterable[T], value: Callable[[T], Expression]) -> list[T]:
+        """What is ``written`` of the members of a family, first that whose ``value`` uses no other member.
+        Where all do, nothing is known of other members but their number of components."""
+        found = {True: list[T](), False: list[T]()}
+        for one in written:
+            found[any(used.base == name for used in names(value(one).tree))].append(one)
+        if not found[False] and name not in self.values:
+            shape = max(components(value(one).tree, self.values) for one in found[True])
+            self.values[name] = (UNKNOWN,) * shape if shape > 1 else UNKNOWN
+        return [*found[False], *found[True]]
 
     def agree(self, expected: Quantity, found: Quantity, place: Place, message: str) -> Quantity:
         """The common quantity of two that should have one unit."""
@@ -143,7 +167,10 @@ class Survey:
     def _parameters(self) -> dict[str, Quantity]:
         found = {}
         for name, parameters in by_family((one.name, one) for one in firsts_of(self.spec.parameters)).items():
-            found[name] = self.values[name] = joined([self._parameter(one) for one in parameters])
+            known: list[Quantity] = []
+            for one in self._in_turn(name, parameters, lambda one: one.value):
+                known.append(self._parameter(one))
+                found[name] = self.values[name] = joined(known)
         return found
 
     def _parameter(self, parameter: Parameter) -> Quantity:
@@ -191,14 +218,13 @@ class Survey:
                 quantity = velocity * self.time
         return quantity
 
-    def _positions(self) -> None:
-        self.positions: dict[str, Quantity] = {}
-        for name, several in written_by_family(self.spec.embedding).items():
-            for expression in distinct(several):
-                components = vector(self.value(expression, f"the position of '{name}'"))
-                found = self._position(components, expression, name)
-                found = self.positions[name] = joined([self.positions.get(name, found), found])
-                self.values[name] = (found,) * len(components)
+    def _place(self, name: str, several: list[Expression]) -> None:
+        """Add the position of a particle, or those of all members of a family, which may use one another."""
+        for expression in self._in_turn(name, distinct(several), itself):
+            parts = vector(self.value(expression, f"the position of '{name}'"))
+            found = self._position(parts, expression, name)
+            found = self.positions[name] = joined([self.positions.get(name, found), found])
+            self.values[name] = (found,) * len(parts)
 
     def _position(self, components: tuple[Quantity, ...], expression: Expression, name: str) -> Quantity:
         """All components have one unit; that they are plain numbers says nothing."""
@@ -278,6 +304,11 @@ class Survey:
                 for value in distinct(values):
                     message = f"{where} is in {{}}, and should be in {{}}"
                     self.agree(expected, named(self.scalar(value, where)), value.place, message)
+
+
+def itself(expression: Expression) -> Expression:
+    """What is an expression by itself."""
+    return expression
 
 
 def with_multipliers(spec: Spec) -> list[str]:

@@ -7,19 +7,20 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name
+from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name, statements
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
 from lagrange_cli.spec.kinds import Kind, lacking
 from lagrange_cli.spec.names import Names
+from lagrange_cli.spec.order import leading_to
 from lagrange_cli.spec.owners import Owners, note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.scalars import check_scalar
 from lagrange_cli.spec.sections import SECTIONS
-from lagrange_cli.spec.settling import Settling, check_scalar
+from lagrange_cli.spec.settling import Settling, bases_in, counted
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Body, Coordinate, Expression, Family, Parameter, Spec, Transformation
 from lagrange_cli.spec.whole import WrittenFamily
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 W = TypeVar("W", bound=Written)
 Expressions: TypeAlias = "Mapping[str, Expression]"
 Families: TypeAlias = "Mapping[str, Mapping[str, Family]]"
-Groups: TypeAlias = "Mapping[str, Entry | WrittenFamily[Entry]]"
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -39,14 +39,12 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
     checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
-    others, of_particles = checker.definitions()
-    defined = checker.settling.settle_all(others, Kind.DEFINITION, "definitions")
+    defined, order, of_particles = checker.places()
     coordinates = checker.coordinates()
     check_formulation(draft, problems)
     masses = checker.expressions("masses")
-    embedding = checker.embedding()
+    embedding = given_by_name(groups_of(draft.entries("embedding")))
     bodies, norms, families = checker.bodies()
-    defined += checker.settling.settle_all(of_particles, Kind.DEFINITION, "definitions")
     if draft.bodies:
         masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
@@ -62,7 +60,8 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         parameters=parameters,
         coordinates=coordinates,
         definitions=given_by_name(defined),
-        of_particles=tuple(of_particles),
+        order=order,
+        of_particles=of_particles,
         masses=masses,
         embedding=embedding,
         potential=checker.expressions("potential"),
@@ -106,9 +105,19 @@ class _Checker:
         self.settling = Settling(self.names)
 
     def parameters(self) -> Sequence[Parameter]:
-        groups = self.settling.in_order(self.draft.declared("parameters"), Kind.PARAMETER)
-        settled = self.settling.settle_all(groups, Kind.PARAMETER, "parameters")
+        settled = self.settling.settle_all({Kind.PARAMETER: self.draft.declared("parameters")})
         return in_order(mapped(settled, parameter))
+
+    def places(self) -> tuple[list[Entry | WrittenFamily[Entry]], tuple[str, ...], tuple[str, ...]]:
+        """The definitions; the order of their names together with those of particles and bodies, each after
+        those that it uses; and the names of definitions that contain particles or bodies."""
+        defined, places = self.draft.entries("definitions"), self.draft.entries("embedding")
+        given = {Kind.DEFINITION: defined, Kind.PARTICLE: places, Kind.BODY: self.draft.bodies}
+        settled, names = self.settling.settle_all(given), {one.name for one in groups_of(defined)}
+        found = [one for one in settled if one.name in names]
+        uses = {one.name: bases_in(*statements(one)) for one in found}
+        known = (name for name, one in self.names.table.items() if one.what in (Kind.PARTICLE, Kind.BODY))
+        return found, tuple(one.name for one in settled), tuple(leading_to(uses, known))
 
     def coordinates(self) -> Sequence[Coordinate]:
         groups = groups_of(self.draft.declared("coordinates"))
@@ -124,51 +133,6 @@ class _Checker:
                     where = f"{field} of coordinate '{declared.key.label}'"
                     check_scalar(self.names, value, "coordinates", where)
         return in_order(mapped(groups, coordinate))
-
-    def embedding(self) -> Mapping[str, Expression]:
-        groups = groups_of(self.draft.entries("embedding"))
-        for group in groups:
-            if isinstance(group, WrittenFamily):
-                self._positions(group)
-            else:
-                self._position(group)
-        return given_by_name(groups)
-
-    def _positions(self, group: WrittenFamily[Entry]) -> None:
-        """Check the positions of a family of particles."""
-        for part in group.parts:
-            first, found = next(group.of_part(part)), None
-            if first.value is not None and self.names.has_many(part):
-                found = self.names.check_alike(first.value, "embedding", f"position of '{first.key.label}'")
-            if found is None:
-                for entry in group.of_part(part):
-                    self._position(entry)
-            else:
-                vector = self._components(first, found[1])
-                self.settling.settle_part(
-                    group.family, part, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector
-                )
-
-    def _position(self, entry: Entry) -> None:
-        """Check the position of a particle."""
-        bounds = None
-        if entry.value is not None:
-            _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
-        vector = self._components(entry, bounds)
-        self.settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
-
-    def _components(self, entry: Entry, bounds: Any) -> Any:
-        """The bounds as those of a vector, which must have as many components as other members have."""
-        vector = (bounds,) if bounds is not None and not isinstance(bounds, tuple) else bounds
-        meaning = self.names.table.get(family_name(entry.name))
-        first = meaning.value if meaning is not None and meaning.what is Kind.PARTICLE else None
-        if vector is not None and first is not None and len(vector) != len(first):
-            self.problems.add_once(
-                entry.place,
-                f"'{entry.name}' has {_components(len(vector))}, other members {len(first)}",
-                "give all members of a family the same number of components",
-            )
-        return vector
 
     def expressions(self, section: str) -> Mapping[str, Expression]:
         """The expressions of a section by name, each checked by what the section's row says of them."""
@@ -209,14 +173,6 @@ class _Checker:
                 self.problems.add_once(value.place, message.format(entry.name), hint)
 
     # What checks the sections that few files have is imported for those files.
-
-    def definitions(self) -> tuple[Groups, Groups]:
-        """The definitions, those that contain particles by themselves."""
-        if not self.draft.entries("definitions"):
-            return {}, {}
-        from lagrange_cli.spec.definitions import definitions_of
-
-        return definitions_of(self.draft, self.names, self.settling)
 
     def bodies(self) -> tuple[Mapping[str, Body], Expressions, Families]:
         """The bodies by name, the norms of their quaternions, and all families with theirs."""
@@ -278,8 +234,8 @@ class _Checker:
             return
         given, expected = len(bounds) if isinstance(bounds, tuple) else 1, len(position)
         if given != expected:
-            message = f"{where} has {_components(given)}, its position {expected}"
-            self.problems.add_once(value.place, message, f"write {_components(expected)}")
+            message = f"{where} has {counted(given)}, its position {expected}"
+            self.problems.add_once(value.place, message, f"write {counted(expected)}")
 
 
 def mapped(groups: Sequence[W | WrittenFamily[W]], function: Callable[[W], Any]) -> list[Any]:
@@ -331,7 +287,3 @@ def coordinate(declared: Declared) -> Coordinate:
         fields.get("unit", ""),
         fields.get("description", ""),
     )
-
-
-def _components(count: int) -> str:
-    return f"{count} component{'s' if count > 1 else ''}"

@@ -56,6 +56,7 @@ def comes_to(what: Kind) -> frozenset[Kind]:
 
 CONSTANT = frozenset({Kind.PARAMETER})
 CONFIGURATION = CONSTANT | {Kind.COORDINATE, Kind.TIME}
+PLACES = CONFIGURATION | {Kind.PARTICLE}
 STATE = CONFIGURATION | {Kind.VELOCITY}
 ANYTHING = Rule(STATE | {Kind.PARTICLE, Kind.MULTIPLIER})
 """The rule of a section whose expressions may depend on the whole state, and on forces of constraint."""

@@ -136,6 +136,8 @@ class Meanings:
         self.ranged = False
         """Whether an unknown name may be given a range, as in the point of a curve."""
         self._alike: dict[str, Any] = {}
+        self.awaited: set[str] = set()
+        """Families of particles and bodies whose members may follow from one another."""
 
     def declare(
         self, name: str, what: Kind, place: Place | None, value: Any = None, family: Family | None = None
@@ -229,7 +231,10 @@ class Meanings:
         if name not in self.values:
             meaning = self.table[family_name(name)]
             if meaning.family is None or name in meaning.family.members:
-                raise Needs(name) if meaning.what in (Kind.PARAMETER, Kind.DEFINITION) else Unsound
+                awaited = (
+                    meaning.what in (Kind.PARAMETER, Kind.DEFINITION) or family_name(name) in self.awaited
+                )
+                raise Needs(name) if awaited else Unsound
             raise NoMember(meaning.family.hint(name))
         value = self.values[name]
         if value is None:

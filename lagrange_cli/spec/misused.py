@@ -12,6 +12,7 @@ from lagrange_cli.expression.vocabulary import (
     BODY_COMPONENTS,
     BODY_SPIN,
     COMPONENTS,
+    MOVING_COMPONENTS,
     MULTIPLIER,
     POINT,
     SPACE_SPIN,
@@ -19,7 +20,7 @@ from lagrange_cli.expression.vocabulary import (
     member_name,
     velocity_name,
 )
-from lagrange_cli.spec.kinds import CONFIGURATION, Kind, Meaning, Rule
+from lagrange_cli.spec.kinds import Kind, Meaning, Rule
 
 
 def constraint_itself(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
@@ -37,10 +38,11 @@ def not_allowed(name: Name, meaning: Meaning, base: str, kind: Kind, rule: Rule)
     via = ""
     if meaning.what is Kind.DEFINITION and kind is not Kind.DEFINITION:
         via = f", which depends on {'t' if kind is Kind.TIME else f'a {kind.value}'},"
-    hint = rule.hint
-    if kind is Kind.PARTICLE and rule.allowed == CONFIGURATION:
-        hint += "; name the particle's position under 'definitions', and use that name in both"
-    return ExpressionError(name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", hint)
+    what = f"{meaning.what.value} '{base}'"
+    if kind is Kind.VELOCITY and name.identifier.partition(".")[2] in MOVING_COMPONENTS:
+        spins = name.identifier.partition(".")[2] in SPACE_SPIN + BODY_SPIN
+        what = f"{'angular ' if spins else ''}velocity of '{base}'"
+    return ExpressionError(name.span, f"the {what}{via} cannot be used", rule.hint)
 
 
 def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:

@@ -24,6 +24,7 @@ from lagrange_cli.expression.vocabulary import (
     BODY_COMPONENTS,
     COMPONENTS,
     CONSTANTS,
+    MOVING_COMPONENTS,
     MULTIPLIER,
     VELOCITY_COMPONENTS,
     velocity_name,
@@ -222,6 +223,8 @@ class Names(Meanings):
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.table:
             meaning = self.table[base]
+            if component in MOVING_COMPONENTS:
+                meaning = replace(meaning, kinds=meaning.kinds | {Kind.VELOCITY})
         elif self.incomplete:
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.bound:

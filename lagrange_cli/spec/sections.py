@@ -10,7 +10,7 @@ from typing import Any
 
 from lagrange_cli.spec.declarations import read_coordinates, read_parameters
 from lagrange_cli.spec.fields import Reader, read_scalar, read_text, read_vector
-from lagrange_cli.spec.kinds import CONFIGURATION, CONSTANT, SOURCE, STATE, Kind, Rule
+from lagrange_cli.spec.kinds import CONFIGURATION, CONSTANT, PLACES, SOURCE, STATE, Kind, Rule
 from lagrange_cli.spec.readers import Entries, Single, Terms
 from lagrange_cli.spec.settings import read_solve, read_time
 from lagrange_cli.spec.table import Rare, Row, Table
@@ -98,12 +98,13 @@ SECTIONS = Table(
             "embedding",
             "position",
             read_vector,
-            "particle -> its position r(q, t), with 1, 2 or 3 components. The two words mean the same",
+            "particle -> its position r(q, t), with 1, 2 or 3 components. Positions may contain other "
+            "particles and bodies, see [below](#positions-of-other-particles). The two words mean the same",
             example="bob: [x, y]",
             label="position of",
             alias="positions",
             also="position r kinematics trajectories",
-            rule=Rule(CONFIGURATION, "a position is r(q, t): coordinates, t and parameters only"),
+            rule=Rule(PLACES, "a position is r(q, t): coordinates, t, parameters and other positions only"),
             family="all",
         ),
         Row(
@@ -114,8 +115,9 @@ SECTIONS = Table(
             also="body rigid_bodies rigid_body rigidbodies solids",
             label="body",
             rule=Rule(
-                CONFIGURATION,
-                "the position and orientation of a body contain coordinates, t and parameters only",
+                PLACES,
+                "the position and orientation of a body contain coordinates, t, parameters and other "
+                "positions only",
             ),
             family="all",
         ),
@@ -195,7 +197,7 @@ SECTIONS = Table(
             example="rod: x**2 + y**2 - l**2",
             also="constraint holonomic holonomic_constraints closures closure loops restrictions",
             rule=Rule(
-                CONFIGURATION | {Kind.PARTICLE},
+                PLACES,
                 "a constraint is f(r, q, t), without multipliers: one in velocities is written under "
                 "'nonholonomic'",
             ),
@@ -227,10 +229,7 @@ SECTIONS = Table(
             "[below](#the-drawing)",
             also="drawing picture sketch display visualization visualisation graphics view animate "
             "animation drawings",
-            rule=Rule(
-                CONFIGURATION | {Kind.PARTICLE},
-                "a drawing may use coordinates, t, parameters and particles only",
-            ),
+            rule=Rule(PLACES, "a drawing may use coordinates, t, parameters and particles only"),
         ),
         Row(
             "transformations",

@@ -1,21 +1,22 @@
-"""The kinds and bounds of parameters and definitions, each after those that it uses."""
+"""The kinds and bounds of parameters, definitions and positions, each after those that it uses."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from lagrange_cli.expression.near import shown
-from lagrange_cli.expression.syntax import Vector, names, plain_names
-from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.expression.bounds import Bounds
+from lagrange_cli.expression.syntax import names
+from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, family_name
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import groups_of
-from lagrange_cli.spec.draft import Declared, Written
+from lagrange_cli.spec.content import groups_of, statements
+from lagrange_cli.spec.draft import Declared, Written, WrittenBody
 from lagrange_cli.spec.family import Family, MemberNames, Place
-from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.kinds import Kind, comes_to
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import Needs, chain, dependency_order, on_demand
+from lagrange_cli.spec.scalars import check_scalar
 from lagrange_cli.spec.spec import Expression, distinct
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
@@ -27,49 +28,19 @@ AS_VECTOR = (
     "make them components of one family of vectors, as in r[i in range(1, N)]: (r[i - 1].x, r[i - 1].y)"
 )
 """Families are computed one after the other, even if no member depends on itself."""
-AS_PLACE = (
-    "a position may not use what depends on it: write it in coordinates, or in definitions that contain no "
-    "particles"
-)
+AS_PLACE = "a position may not use what depends on it: write one of them in coordinates"
+IN_COORDINATES = "write it in coordinates, t, parameters and positions that do not depend on it"
+
+AXES = ".R"
+"""Stands for the axes of a body beside its position."""
+SECTIONS_OF = {
+    Kind.PARAMETER: "parameters",
+    Kind.DEFINITION: "definitions",
+    Kind.PARTICLE: "embedding",
+    Kind.BODY: "bodies",
+}
 
 W = TypeVar("W", bound=Written)
-
-
-def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
-    """Check an expression that must be a scalar. Returns the kinds of its names."""
-    kinds, bounds = names.check(expression, section, where)
-    if isinstance(bounds, tuple):
-        names.problems.add_once(
-            expression.place,
-            f"expected a scalar in {where}, found a vector",
-            vector_hint(names, expression, section),
-        )
-        names.problems.distrust(expression.tree)
-    return kinds
-
-
-def vector_items(expression: Expression) -> list[str]:
-    """The components of a vector as they are written, if it is a plain one; else an example."""
-    tree = expression.tree
-    items = tree.items if isinstance(tree, Vector) else ()
-    return [expression.text[one.span.start : one.span.stop] for one in items] or ["1", "2"]
-
-
-def vector_hint(known: Names, expression: Expression, section: str = "") -> str:
-    """How a scalar is made of the vectors of an expression."""
-    tree = expression.tree
-    if isinstance(tree, Vector) and len(tree.items) == 1:
-        return "leave out the comma at the end"
-    if section == "parameters":
-        items = ", ".join(vector_items(expression))
-        return f"write a list, [{items}]; or write vectors under 'definitions'"
-    vectors = [one for one in plain_names(tree) if isinstance(known.values.get(one), tuple)]
-    for one in sorted(vectors):
-        components = any(name.identifier.startswith(f"{one}.") for name in names(tree))
-        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first m1 should be a mass
-            return f"{shown(one)} is a position: write its mass as a parameter M, with 'masses: {{{one}: M}}'"
-    hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
-    return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint
 
 
 @dataclass
@@ -78,78 +49,70 @@ class Settling:
 
     names: Names
 
-    def in_order(
-        self, entries: Sequence[W], what: Kind, places: Mapping[str, set[str]] | None = None
-    ) -> dict[str, W | WrittenFamily[W]]:
-        """Parameters or definitions, each after those that it uses, families as a whole; cycles are reported.
-        ``places`` are the names that positions of particles are made of: definitions may use particles.
-        """
-        groups = {one.name: one for one in groups_of(entries)}
-        uses = {name: self.uses(one) for name, one in groups.items()}
-        for name, one in groups.items():
-            if isinstance(one, WrittenFamily):
-                uses[name].discard(name)
-        order, cycles = dependency_order({**(places or {}), **uses})
-        for stuck in groups.keys() - set(order):
-            group = groups[stuck]
-            if isinstance(group, WrittenFamily):
-                self.settle_part(group.family, None, what, frozenset(), None)
-            else:
-                self.settle(stuck, what, frozenset(), None)
-        for cycle in cycles:
-            self._note(cycle, groups, what)
-        return {name: groups[name] for name in order if name in groups}
+    def __post_init__(self) -> None:
+        self._counts: dict[str, int] = {}
+        """How many components positions have, by name."""
 
-    def settle_all(
-        self, groups: Mapping[str, W | WrittenFamily[W]], what: Kind, section: str
-    ) -> list[W | WrittenFamily[W]]:
-        """Check and settle parameters or definitions that are ``in_order``; the members of each family are
-        put in order then."""
-        found: list[W | WrittenFamily[W]] = []
-        cycles: list[list[str]] = []
-        for group in groups.values():
+    def settle_all(self, given: Mapping[Kind, Sequence[Any]]) -> list[Any]:
+        """Check and settle what is ``given``, parameters by themselves or definitions and positions together,
+        each after those that it uses, families as a whole. They are returned in this order, the members of
+        each family in the order in which they can be computed; cycles are reported, and left out."""
+        kinds, groups = dict[str, Kind](), dict[str, Any]()
+        for what, entries in given.items():
+            for one in groups_of(entries):
+                kinds[one.name], groups[one.name] = what, one
+        order, cycles = dependency_order(uses_of(groups))
+        for stuck in groups.keys() - set(order):
+            group, what = groups[stuck], kinds[stuck]
             if isinstance(group, WrittenFamily):
-                settled, circles = self._family(group, what, section)
+                self.settle_part(group.family, None, what, comes_to(what), None)
             else:
-                settled, circles = group, []
-                self._settle_one(group, what, section)
-            if settled is not None:
-                found.append(settled)
-            cycles += circles
+                self.settle(stuck, what, comes_to(what), None)
+        found: list[Any] = []
+        for name in order:
+            if name not in groups:
+                continue
+            group, what = groups[name], kinds[name]
+            if isinstance(group, WrittenFamily):
+                settled, circles = self._family(group, what)
+                cycles += circles
+            else:
+                settled = group
+                self._settle_one(group, what)
+            found += [] if settled is None else [settled]
         for cycle in cycles:
-            self._note(cycle, groups, what)
+            self._note(cycle, groups, kinds)
         return found
 
-    def _note(self, cycle: list[str], groups: Mapping[str, W | WrittenFamily[W]], what: Kind) -> None:
-        """Note a cycle, which may lead through positions of particles."""
+    def _note(self, cycle: list[str], groups: Mapping[str, Any], kinds: Mapping[str, Kind]) -> None:
+        """Note a cycle."""
+        cycle = [one.removesuffix(AXES) for one in cycle]
         bases = [*map(family_name, cycle)]
-        start = next(k for k, base in enumerate(bases) if base in groups)
-        if start:
-            cycle = [*cycle[start:], *cycle[1 : start + 1]]
-        first = groups[family_name(cycle[0])]
+        first, among = groups[bases[0]], {kinds[one] for one in bases}
         if isinstance(first, WrittenFamily):
             first = first.named(cycle[0]) or first[0]
-        hint = BREAK
-        if not groups.keys() >= {*bases}:
-            hint = AS_PLACE
-        elif len({*bases}) > 1 and what is Kind.DEFINITION:
-            hint = AS_VECTOR if all(isinstance(groups[one], WrittenFamily) for one in bases) else BREAK
-        message = f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}"
+        hint = BREAK if among <= {Kind.PARAMETER, Kind.DEFINITION} else AS_PLACE
+        if hint is AS_PLACE and len({*bases}) == 1:
+            hint = IN_COORDINATES
+        elif all(isinstance(groups[one], WrittenFamily) for one in bases):
+            hint = hint if Kind.PARAMETER in among or len({*bases}) == 1 else AS_VECTOR
+        message = f"{label(first, kinds[bases[0]])} depends on itself: {chain(cycle)}"
         self.names.problems.add_once(first.place, message, hint)
 
     def _family(
-        self, group: WrittenFamily[W], what: Kind, section: str
+        self, group: WrittenFamily[W], what: Kind
     ) -> tuple[W | WrittenFamily[W] | None, list[list[str]]]:
         """Settle the members of a family, those that are alike at once. The family, in the order in which its
         members can be computed, and the cycles among them; None where there are some."""
         if group.name in self.names.table:
             kinds = self.names.table[group.name].kinds - {what}  # its own members are no further kind
             self.names.table[group.name] = replace(self.names.table[group.name], kinds=kinds)
-        if group.name not in self.uses(group):
-            for one in self._apart(group, what, section):
-                self._settle_one(one, what, section)
+        if group.name not in bases_in(*statements(group)):
+            for one in self._apart(group, what):
+                self._settle_one(one, what)
             return group, []
-        order = self._recurrent(group, what, section)
+        self.names.awaited.add(group.name)
+        order = self._recurrent(group, what)
         if len(order) == len(group):
             return group.ordered(tuple(order)), []
         assert isinstance(group.family.members, MemberNames)
@@ -158,7 +121,7 @@ class Settling:
         members = {one.name: one for one in map(group.at, rest)}
 
         def compute(name: str) -> None:
-            self._settle_one(members[name], what, section)
+            self._settle_one(members[name], what)
 
         settled, cycles = on_demand(members, compute)
         for name in members.keys() - set(settled):
@@ -168,7 +131,7 @@ class Settling:
         found = map(group.family.place, settled)
         return group.ordered((*order, *(place for place in found if place is not None))), cycles
 
-    def _recurrent(self, group: WrittenFamily[W], what: Kind, section: str) -> list[Place]:
+    def _recurrent(self, group: WrittenFamily[W], what: Kind) -> list[Place]:
         """Settle members of a family that follow from one another, those that are alike at once. The places
         of those that have been settled, in the order in which they can be computed."""
         order: list[Place] = []
@@ -184,9 +147,9 @@ class Settling:
             try:
                 if part.count == 1:
                     natural = natural and group.name not in bases_in(part.item)
-                    self._settle_one(group.at(place), what, section)
+                    self._settle_one(group.at(place), what)
                     order.append(place)
-                elif self.names.has_many(part) and (found := self._sequence(group, part, what, section)):
+                elif self.names.has_many(part) and (found := self._sequence(group, part, what)):
                     natural = natural and found.natural
                     order.extend(found.places)
             except Needs as needed:
@@ -199,9 +162,7 @@ class Settling:
             return [*group.family.members.places]
         return order
 
-    def _sequence(
-        self, group: WrittenFamily[W], part: Part[W], what: Kind, section: str
-    ) -> Recurrence | None:
+    def _sequence(self, group: WrittenFamily[W], part: Part[W], what: Kind) -> Recurrence | None:
         """Settle the members of a part that follow from one another; None where they have to be settled one
         by one."""
         from lagrange_cli.spec.recurrence import Recurrence
@@ -210,17 +171,15 @@ class Settling:
         if value is None:
             return None
         value = value.member("", part.values(next(part.places)))
-        kinds, sound = self.names.check_names(value, section, label(part.item, what))
+        kinds, sound = self.names.check_names(value, SECTIONS_OF[what], label(part.item, what))
         recurrence = Recurrence(self.names, self.names.sizes, group, part)
         bounds = recurrence.settled(value.tree) if sound else None
-        if bounds is None or (isinstance(bounds, tuple) and what is Kind.PARAMETER):
+        if bounds is None or not fits(bounds, what):
             return None
-        if what is Kind.PARAMETER:
-            kinds, bounds = frozenset({what}), scalar()
-        self.settle_part(group.family, part, what, kinds, bounds)
+        self.settle_part(group.family, part, what, *self._come_to(part.item, what, kinds, bounds))
         return recurrence
 
-    def _apart(self, group: WrittenFamily[W], what: Kind, section: str) -> Iterator[W]:
+    def _apart(self, group: WrittenFamily[W], what: Kind) -> Iterator[W]:
         """Settle the members of a family that are alike, and yield the others."""
         alike: dict[int, list[Part[W]]] = {}
         for part in group.parts:
@@ -232,12 +191,12 @@ class Settling:
             value, found = expression_of(item), None
             if value is not None and self.names.has_many(*parts):
                 value = value.member("", parts[0].values(next(parts[0].places)))
-                found = self.names.check_alike(value, section, label(item, what))
-            if found is None or (isinstance(found[1], tuple) and what is Kind.PARAMETER):
+                found = self.names.check_alike(value, SECTIONS_OF[what], label(item, what))
+            if found is None or not fits(found[1], what):
                 for part in parts:
                     yield from group.of_part(part)
                 continue
-            own, bounds = (frozenset({what}), scalar()) if what is Kind.PARAMETER else found
+            own, bounds = self._come_to(item, what, *found)
             kinds |= own
             settled.append((parts, bounds))
         if settled:
@@ -246,15 +205,41 @@ class Settling:
             for share, value in shares(group.family, settled):
                 self.settle_part(group.family, share, what, kinds, value)
 
-    def _settle_one(self, entry: Written, what: Kind, section: str) -> None:
-        value = expression_of(entry)
+    def _settle_one(self, entry: Written, what: Kind) -> None:
+        value, where = expression_of(entry), label(entry, what)
         if value is None:
-            self.settle(entry.name, what, frozenset(), None)
+            found = self._come_to(entry, what, frozenset(), None)
         elif what is Kind.PARAMETER:
-            check_scalar(self.names, value, section, label(entry, what))
-            self.settle(entry.name, what, frozenset({what}), scalar())
+            found = check_scalar(self.names, value, SECTIONS_OF[what], where), scalar()
         else:
-            self.settle(entry.name, what, *self.names.check(value, section, label(entry, what)))
+            found = self.names.check(value, SECTIONS_OF[what], where)
+        self.settle(entry.name, what, *self._come_to(entry, what, *found))
+
+    def _come_to(
+        self, entry: Written, what: Kind, kinds: frozenset[Kind], bounds: Any
+    ) -> tuple[frozenset[Kind], Any]:
+        """What a name comes down to, and its bounds: positions have as many components as they should."""
+        if what is Kind.DEFINITION:
+            return kinds, bounds
+        if what is Kind.PARAMETER:
+            return comes_to(what), None if bounds is None else scalar()
+        vector = (bounds,) if bounds is not None and not isinstance(bounds, tuple) else bounds
+        count = len(vector) if vector is not None else 0
+        if what is Kind.BODY:
+            if count and count != 3:
+                value = expression_of(entry)
+                assert value is not None
+                message = f"the {label(entry, what)} has {counted(count)}, not 3"
+                self.names.problems.add_once(value.place, message, "write [x, y, z]")
+            return comes_to(what), vector if count == 3 else (Bounds(), Bounds(), Bounds())
+        due = self._counts.setdefault(family_name(entry.name), count) if count else 0
+        if count != due:
+            self.names.problems.add_once(
+                entry.place,
+                f"'{entry.key.label}' has {counted(count)}, other members {due}",
+                "give all members of a family the same number of components",
+            )
+        return comes_to(what), vector
 
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of one; the kinds of a family are those of all its members."""
@@ -279,26 +264,60 @@ class Settling:
         meaning = self.names.table[base]
         return meaning.kinds if meaning.family is not None and meaning.value is not None else frozenset()
 
-    def uses(self, group: W | WrittenFamily[W]) -> set[str]:
-        """The names that something uses, or the members of a family."""
-        return bases_in(
-            *([part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group])
-        )
+
+def uses_of(groups: Mapping[str, Any]) -> dict[str, set[str]]:
+    """The names that each of some groups uses, members of families apart. The axes of a body have a key of
+    their own: a position may follow from them, and they from others."""
+    found: dict[str, set[str]] = {}
+    for name, group in groups.items():
+        written = statements(group)
+        found[name] = bases_in(*written, axes=True)
+        if isinstance(group, WrittenFamily):
+            found[name].discard(name)
+        turned = [one.orientation for one in written if isinstance(one, WrittenBody) and one.orientation]
+        if turned:
+            found[name + AXES] = parts_in((value for one in turned for value in one.entries), axes=True)
+    return found
 
 
-def bases_in(*written: Written) -> set[str]:
-    """The names that something uses."""
-    given = [value for one in written if (value := expression_of(one)) is not None]
-    return {name.base for one in distinct(given) for name in names(one.tree)}
+def bases_in(*written: Written, axes: bool = False) -> set[str]:
+    """The names that something uses; ``axes`` tells those of bodies from their positions."""
+    return parts_in((one for each in written if (one := expression_of(each)) is not None), axes)
+
+
+def parts_in(given: Iterable[Expression], axes: bool) -> set[str]:
+    """The same of expressions."""
+    return {
+        name.base + AXES if axes and name.identifier.partition(".")[2] in BODY_COMPONENTS else name.base
+        for one in distinct(given)
+        for name in names(one.tree)
+    }
 
 
 def expression_of(written: Written) -> Expression | None:
-    """The value of a parameter or a definition; None where it could not be read."""
+    """The value of a parameter or a definition, or a position; None where it could not be read."""
+    if isinstance(written, WrittenBody):
+        return written.position
     found: Expression | None
     found = written.fields.get("value") if isinstance(written, Declared) else getattr(written, "value", None)
     return found
 
 
+def fits(bounds: Any, what: Kind) -> bool:
+    """Whether all members of a family may have such bounds."""
+    if what is Kind.PARAMETER:
+        return not isinstance(bounds, tuple)
+    return what is not Kind.BODY or (isinstance(bounds, tuple) and len(bounds) == 3)
+
+
+def counted(count: int) -> str:
+    """So many components, in words."""
+    return f"{count} component{'s' if count > 1 else ''}"
+
+
 def label(written: Written, what: Kind) -> str:
     """What messages call it."""
-    return f"{what.value} '{written.key.label}'"
+    label = written.key.label
+    if what is Kind.BODY:
+        return f"position of body '{label}'"
+    return f"position of '{label}'" if what is Kind.PARTICLE else f"{what.value} '{label}'"

@@ -173,10 +173,11 @@ class Spec:
     ``potential`` maps term names to expressions that are summed (one term named ``potential`` when the
     file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
     Masses and positions of ``bodies`` are there, too, and the norms of their quaternions under
-    ``constraints``. ``definitions`` and ``parameters`` are sorted so that each uses only
-    earlier ones. Definitions ``of_particles`` (families without indices) contain particles or bodies;
-    positions may use the others. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by
-    the keys of the file that give forces (``model.forces`` says how each acts), then by what they act on.
+    ``constraints``. ``definitions`` and ``parameters`` are sorted so that each uses only earlier ones;
+    ``order`` has the names of definitions, particles and bodies (families without indices), each after those
+    that it uses. Definitions ``of_particles`` contain particles or bodies. Exactly one of ``lagrangian`` and
+    ``embedding`` is given. ``forces`` are by the keys of the file that give forces (``model.forces`` says how
+    each acts), then by what they act on.
     ``text`` is the file as read.
 
     Everything goes by the names of members, such as ``theta[3]``; families are kept as they are written, and
@@ -199,6 +200,7 @@ class Spec:
     parameters: Sequence[Parameter]
     coordinates: Sequence[Coordinate]
     definitions: Mapping[str, Expression]
+    order: tuple[str, ...]
     of_particles: tuple[str, ...]
     masses: Mapping[str, Expression]
     embedding: Mapping[str, Expression]

@@ -9,9 +9,9 @@ from collections.abc import Iterable
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.syntax import ExpressionError, Name
-from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.expression.vocabulary import TIME, family_name, velocity_name
 from lagrange_cli.records import replace
-from lagrange_cli.spec.content import by_name, groups_by_name, parted
+from lagrange_cli.spec.content import by_name, groups_by_name
 from lagrange_cli.spec.event import Event
 from lagrange_cli.spec.events.readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
@@ -19,9 +19,10 @@ from lagrange_cli.spec.lookups import changed
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.nodes import Scalar
+from lagrange_cli.spec.order import on_demand
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.scalars import check_scalar
 from lagrange_cli.spec.sections import SECTIONS
-from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import Passage, Source
 from lagrange_cli.spec.spec import SURFACE, Expression, Spec, grouped
 
@@ -93,16 +94,26 @@ def names_of(spec: Spec, problems: Problems) -> Names:
 
     declare("coordinates", (one.name for one in spec.coordinates), Kind.COORDINATE, scalar())
     declare("parameters", (one.name for one in spec.parameters), Kind.PARAMETER, scalar())
-    of_particles, others = parted(spec.definitions, spec.of_particles)
-    for section, what, given in (
-        ("definitions", Kind.DEFINITION, others),
-        ("embedding", Kind.PARTICLE, {k: one for k, one in spec.embedding.items() if k not in spec.bodies}),
-        ("bodies", Kind.BODY, {name: spec.embedding[name] for name in spec.bodies}),
-        ("definitions", Kind.DEFINITION, of_particles),
-    ):
+    particles = {k: one for k, one in spec.embedding.items() if k not in spec.bodies}
+    bodies = {name: spec.embedding[name] for name in spec.bodies}
+    sections = {
+        "definitions": (Kind.DEFINITION, spec.definitions),
+        "embedding": (Kind.PARTICLE, particles),
+        "bodies": (Kind.BODY, bodies),
+    }
+    members = dict[str, dict[str, tuple[str, Kind]]]()
+    for section, (what, given) in sections.items():
         declare(section, given, what)
-        for name, expression in given.items():
-            settle(names, name, what, expression, section)
+        for name in given:
+            members.setdefault(family_name(name), {})[name] = section, what
+
+    def compute(name: str) -> None:
+        section, what = members[family_name(name)][name]
+        settle(names, name, what, sections[section][1][name], section)
+
+    for base in spec.order:
+        names.awaited.add(base)
+        on_demand(members.get(base, ()), compute)
     return names
 
 

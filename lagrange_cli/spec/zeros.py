@@ -47,6 +47,8 @@ class Zeros:
 
     def __init__(self, draft: Draft, known: Names, spread: Callable[[Tree], Tree | tuple[Tree, ...]]) -> None:
         self._draft, self._names, self._spread = draft, known, spread
+        self._supposed: dict[tuple[str, int], int] = {}
+        """What is supposed of components that are being looked at: members may follow from one another."""
 
     def is_zero(self, tree: Tree) -> bool:
         """Whether a scalar is 0 in every state; no is the answer where that takes more than a look."""
@@ -89,9 +91,17 @@ class Zeros:
         return self._of_place(base, 0) if meaning.what is Kind.DEFINITION else VARYING
 
     def _of_place(self, base: str, k: int) -> int:
-        """What is known of a component of a position, or of a definition."""
-        given = self._written.get(base, ())
-        return max((self.level(self._spread_of(one)[k]) for one in given), default=VARYING)
+        """What is known of a component of a position, or of a definition: the least that agrees with itself
+        where it follows from other members."""
+        given, key = self._written.get(base, ()), (base, k)
+        if key in self._supposed:
+            return self._supposed[key]
+        found, supposed = ZERO, None
+        while found != supposed:
+            supposed = self._supposed[key] = found
+            found = max((self.level(self._spread_of(one)[k]) for one in given), default=VARYING)
+        del self._supposed[key]
+        return found
 
     def _of_axes(self, base: str, i: int, j: int) -> int:
         """What is known of an entry of R."""

@@ -17,6 +17,7 @@ def pendulum():
     return lagrange.equations(PENDULUM)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_equations_are_expressions_of_sympy(pendulum):
     theta, v, a = sympy.symbols("theta theta_dot theta_ddot")
     m, g, l = sympy.symbols("m g l")  # noqa: E741

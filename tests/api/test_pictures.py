@@ -10,7 +10,7 @@ from tests.support.v8 import data_of
 PENDULUM = SYSTEMS / "pendulum.yaml"
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.25)
 def test_a_motion_is_shown_on_a_page(tmp_path):
     page = lagrange.solve(PENDULUM, stop=1, set={"l": 2}).view()
     assert page.live and page.why == "" and "computes in the browser" in repr(page)
@@ -50,7 +50,7 @@ def test_motions_are_drawn_over_each_other(tmp_path):
     assert names_of([*motions, "run.h5"]) == ["pendulum 1", "pendulum 2", "run.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_sweeps_and_files_are_drawn(tmp_path):
     swept = lagrange.sweep(PENDULUM, over={"l": [1, 2]}, stop=1, outputs=["q", "v"], samples=11)
     swept.save(tmp_path / "a.h5")

@@ -65,7 +65,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", CASES)
 def test_a_motion_is_saved_to_the_bytes_of_the_command(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -84,6 +84,7 @@ def test_a_motion_is_saved_to_the_bytes_of_the_command(name, tmp_path, monkeypat
             lagrange.solve(system, **given).save("python.txt")
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_a_certified_motion_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["solve", str(PENDULUM), "--stop", "1", "--digits", "5", "-o", "command.h5", "--quiet"]) == 0
@@ -350,6 +351,7 @@ def test_a_family_needs_as_many_values_as_it_has_members():
                 other(chain, size={"N": 3}, set=wrong)
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_members_of_large_families_are_not_looked_at_one_by_one(monkeypatch):
     made, make = [], WrittenFamily._make
 

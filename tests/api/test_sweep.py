@@ -18,7 +18,7 @@ PENDULUM = SYSTEMS / "pendulum.yaml"
 HENON = SYSTEMS / "henon_heiles.yaml"
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_sweep_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options = [
@@ -54,7 +54,7 @@ def test_a_sweep_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
         swept.save("python.csv")
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_members_are_drawn_and_listed(tmp_path):
     draws = {"theta": ("normal", 0, 0.1)}
     drawn = lagrange.sweep(PENDULUM, random=draws, members=5, seed=7, stop=1)
@@ -116,7 +116,7 @@ def test_a_sweep_that_is_interrupted_keeps_the_members_that_ended(monkeypatch):
     assert caught.value.result.status == "interrupted"
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.3)
 def test_a_section_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options = ["--where", "x", "--crossings", "5", "--direction", "either"]
@@ -212,7 +212,7 @@ def test_of_members_whose_constraints_depend_on_each_other_it_is_said_how_many()
         lagrange.sweep(COINCIDING, over={"a": [2, 1, 1, 0.5]}, stop=1)
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.filterwarnings("ignore::lagrange_cli.LagrangeWarning")
 def test_members_that_conserve_something_else_are_refused():
     """Only for a = 1 the momentum along z is conserved."""

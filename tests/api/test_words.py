@@ -65,7 +65,7 @@ RESULTS = {
 }
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("made", RESULTS.values(), ids=RESULTS)
 def test_a_result_is_shown_without_options(made):
     assert "--" not in f"{made()} {made()!r}"

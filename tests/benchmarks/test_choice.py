@@ -46,7 +46,7 @@ def test_a_choice_may_have_a_finer_tolerance() -> None:
     assert (found.tolerance, found.method, found.ratio) == (1e-6, "Radau", 1.0)
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.4)
 def test_all_motions_can_be_read() -> None:
     motions = list(varied(1))
     assert {one.group for one in motions} == set(GROUPS)

@@ -45,7 +45,7 @@ def test_the_energy_of_each_motion_is_conserved(motion: Motion, stop: float) -> 
     assert abs(short.energy_errors(moved)[1]) > 1e-4
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "motion", [motion for motion, _ in MOTIONS if motion.by_hand is not None], ids=lambda each: each.system
 )
@@ -61,6 +61,7 @@ def test_accelerations_by_hand_are_those_of_the_motion(motion: Motion) -> None:
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_sympy_and_scipy_integrate_the_same_motion() -> None:
     short = replace(PENDULUM, stop=1.0)
     ours, theirs = (engine(peer, short).follow(short.initial).states[:, -1] for peer in ("lagrange", "scipy"))

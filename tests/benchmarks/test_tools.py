@@ -52,7 +52,7 @@ def test_the_object_code_of_a_system_is_that_of_the_next_run(
     assert "1 of 4 programs differ" in capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_versions_are_compared_by_the_commands_of_the_suites(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

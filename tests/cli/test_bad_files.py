@@ -78,7 +78,7 @@ def runs(tmp_path_factory):
     return {name: (run, folder) for name, run, (folder, _) in zip(names, found, commands, strict=True)}
 
 
-@pytest.mark.exhaustive(keep=7)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("name", BAD)
 def test_one_clear_message(runs, name, command):

@@ -63,7 +63,7 @@ def test_the_table_has_a_line_for_each_method_and_tolerance(capsys, folder):
     assert not list(folder.iterdir())
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_object_says_all_of_it_and_what_is_recommended_reaches_the_error(capsys):
     status, out, _ = run(capsys, *FEW, "--stop", "5", "--error", "1e-7", "--json")
     found = json.loads(out)

@@ -55,7 +55,7 @@ def test_the_samples_are_those_of_the_plain_run_and_each_has_an_error(
         assert before.attrs["h_drift"] == after.attrs["h_drift"]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_same_command_gives_the_same_bytes_where_the_target_is_missed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     contents = []
@@ -69,6 +69,7 @@ def test_the_same_command_gives_the_same_bytes_where_the_target_is_missed(tmp_pa
     assert contents[0] == contents[1]
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_more_digits_are_trusted_for_less_long(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     ends = [
@@ -93,7 +94,7 @@ STAYS = (
 TOP = "coordinates: {th: {initial: pi}}\nlagrangian: th_dot**2/2 + 9.81*cos(th)\n"
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("system", "options", "line"),
     [

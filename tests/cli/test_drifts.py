@@ -52,6 +52,7 @@ def test_a_drift_that_is_not_finite_is_not_0(command, capsys):
             assert np.isfinite(drift[0]) and drift[1] == np.inf
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_section_without_crossings_knows_no_drift(capsys):
     command = ["section", "huge.yaml", "--where", "x - 1e60", "--stop", "1", "--set", "k=1", "-o", "out.h5"]
     for options in ([], ["--over", "x=1,2", "--force"]):

@@ -134,6 +134,7 @@ def test_a_table_holds_no_events(folder, capsys):
     assert out.startswith("t,") and "events are written to HDF5 files only" in error
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_a_motion_that_an_event_stops_is_done(folder, capsys):
     assert solve("stops.yaml", *ASKED) == 0
     assert "stopped, event 'ground', at t = 0.447213595" in capsys.readouterr().out

@@ -22,7 +22,7 @@ solve: {stop: 30, outputs: [q, v, h, ledger]}
 """
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("sampled", [True, False])
 def test_members_of_a_sweep_are_what_they_are_alone(sampled, tmp_path):
     (tmp_path / "spring.yaml").write_text(SPRING)

@@ -56,7 +56,7 @@ LONGER = {
 }
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize(("system", "options", "stop", "later"), LONGER.values(), ids=LONGER)
 def test_a_finished_run_goes_on_to_the_bytes_of_the_longer_one(system, options, stop, later, capsys):
     expected = at_once(system, *options, "--stop", later)

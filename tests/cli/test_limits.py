@@ -76,7 +76,7 @@ def hostile_runs(tmp_path_factory):
     )
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_the_limit_is_named(hostile_runs, name):
     for run, folder in hostile_runs[name]:
@@ -184,7 +184,7 @@ def table_runs(tmp_path_factory):
         return limited_each(tmp_path_factory.mktemp("tables"), files, sweep)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", TABLES)
 def test_a_table_from_elsewhere(table_runs, name):
     ((run, folder),) = table_runs[name]

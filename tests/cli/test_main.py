@@ -301,7 +301,7 @@ def test_systems_suggests_what_was_meant(tmp_path):
     assert "did you mean 'pendulum'" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
     "arguments",

@@ -130,7 +130,7 @@ def test_what_solve_says_of_a_motion_is_said_beside_its_picture(tmp_path, capsys
         assert capsys.readouterr().err == ""
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.95)
 @pytest.mark.parametrize(
     ("system", "options", "message"),
     [

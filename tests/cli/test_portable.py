@@ -127,6 +127,7 @@ def test_a_run_that_is_kept_compiled_is_that_of_its_kind(tmp_path):
     assert made[0] == made[2] != made[1] == made[3]
 
 
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize(("options", "code"), [(["--portable"], 0), ([], 5)])
 def test_it_goes_on_on_another_machine(options, code, tmp_path, monkeypatch):
     """To the same bytes; a plain run does not."""

@@ -22,6 +22,7 @@ def paths(file):
     return found
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_every_dataset_has_a_low_part(folder, capsys):
     assert main(["solve", str(SYSTEMS / "n_pendulum.yaml"), *LONG, "--stop", "1", "--outputs", "all"]) == 0
     assert "drift: h " in capsys.readouterr().out
@@ -98,6 +99,7 @@ def test_a_second_run_finds_the_program_and_gives_the_same_bytes(folder, capsys)
     assert len(contents) == 1
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_samples_do_not_change_the_steps(folder, capsys):
     last = []
     for samples in (2, 5, 1001):

@@ -95,6 +95,7 @@ def test_sweeps_likewise(folder, capsys):
     assert "and was made with 'lagrange sweep'" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_a_protected_one_is_kept(folder, capsys):
     assert solve() == 0
     Path("pendulum.h5").chmod(0o444)

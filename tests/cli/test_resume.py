@@ -276,7 +276,7 @@ def test_checkpoints_change_no_byte_and_leave_nothing(folder):
     assert os.listdir(folder) == []
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize(
     "options", [("--over", "theta1=1:2:30"), ("--random", "theta1=normal(2,1)", "--members", "30")]
 )
@@ -319,7 +319,7 @@ def test_a_run_that_was_killed_is_kept_and_goes_on(folder, capfd):
     assert os.listdir(folder) == ["out.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_force_starts_anew(folder, capsys):
     assert killed(folder, *LONG) == LEFT
     assert solve(*RUN, "--force", "--json") == 0
@@ -406,7 +406,7 @@ def test_where_there_is_nothing_to_resume_the_run_starts(folder, capsys):
     assert "nothing to resume; the run starts at the beginning" in capsys.readouterr().err
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.4)
 def test_scipys_methods_start_again_and_say_so(folder, interrupted_after, capsys):
     run = (DOUBLE, "--method", "LSODA", "--stop", "5", "-o", "out.h5")
     expected = whole(folder, *run)

@@ -23,7 +23,7 @@ def warned(tmp_path, method, *options, size=1e-9, push=0.0):
     return json.loads(run.stdout)["warning"] or ""
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau", "BDF", "LSODA"])
 def test_a_motion_smaller_than_the_errors_that_are_allowed_is_warned_of(tmp_path, method):
     said = f"{method} allows errors of 1.0e-10 in coordinates and velocities smaller than 1, and none"

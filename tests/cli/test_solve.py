@@ -51,6 +51,7 @@ def solve_json(*arguments: str | Path, cwd: Path) -> dict:
     return json.loads(run.stdout)
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_the_main_job(tmp_path):
     run = lagrange_process("solve", PENDULUM, cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
@@ -126,7 +127,7 @@ def test_what_is_conserved_without_a_cyclic_coordinate(tmp_path):
     assert run.returncode == 0 and ", L_z " in run.stdout
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.6)
 def test_reactions_are_refused_where_the_force_is_not_known(tmp_path):
     """Unless they are only among all."""
     system = tmp_path / "a.yaml"
@@ -168,7 +169,7 @@ def test_only_what_is_asked_for_is_written(tmp_path):
         assert set(datasets(file)) - {"x", "xy", "xyz"} == {"t", "diagnostics/T", "positions/bob"}
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("options", "times"),
     [
@@ -322,7 +323,7 @@ BAD = {
 }
 
 
-@pytest.mark.exhaustive(keep=33)
+@pytest.mark.exhaustive(keep=18)
 @pytest.mark.parametrize(("arguments", "status", "message"), BAD.values(), ids=BAD)
 def test_bad_input_gives_one_clear_message_and_leaves_nothing(tmp_path, arguments, status, message):
     (tmp_path / "pendulum.yaml").write_text(PENDULUM.read_text(encoding="utf-8"))
@@ -345,7 +346,7 @@ def test_no_permission_to_write_is_said_before_any_work(tmp_path, monkeypatch, c
     assert "no permission to write" in capsys.readouterr().err
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path):
     run = lagrange_process(
         "solve",
@@ -426,7 +427,7 @@ def test_a_motion_that_cannot_be_continued_is_kept_with_status_4(tmp_path):
         assert np.isfinite(file["q/r"]).all()
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])
 def test_scipys_methods_write_the_same_motion(tmp_path, method):
     solve_json(PENDULUM, "--stop", "2", "--samples", "11", cwd=tmp_path)
@@ -446,7 +447,7 @@ solve: {stop: 2, samples: 9}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("outputs", ["q,v,p,h", "h"])
 def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs):
     """DOP853 runs across the step without meeting it; where momenta are not computed there is no size."""
@@ -460,7 +461,7 @@ def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs)
     assert ("h drifted by 5.0e-01" in warning) is (outputs != "h")
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau"])
 @pytest.mark.parametrize(("potential", "warned"), [("tanh(x)", True), ("cos(x)", False)])
 def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, potential, warned):
@@ -472,7 +473,7 @@ def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, poten
         assert (f"{method} does not detect narrow forces" in run.stderr) is warned
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize(("method", "warned"), [("LSODA", True), ("DOP853", False), ("taylor", False)])
 def test_methods_that_do_not_find_the_zeros_of_switches_say_so(tmp_path, method, warned):
     text = "coordinates: {x: {initial: 1, velocity: 1}}\nlagrangian: x_dot**2/2 - abs(x)\n"
@@ -509,6 +510,7 @@ def test_steps_are_proven_where_it_is_asked_for(tmp_path):
     assert "--proven" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_an_h_that_is_kept_is_not_warned_of(tmp_path):
     (tmp_path / "step.yaml").write_text(STEP)
     run = lagrange("solve", "step.yaml", "--json", cwd=tmp_path)

@@ -395,7 +395,7 @@ def test_system_and_table_from_standard_input(tmp_path):
     assert run.returncode == 2 and "cannot both come from standard input" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_full_disk_is_one_clear_message(tmp_path):
     run = lagrange_process(
         "sweep", HOOP, "--over", "theta=0:1:2000", "--outputs", "q", "--stop", "1", cwd=tmp_path,

@@ -90,6 +90,7 @@ def test_xarray_reads_times_as_numbers(tmp_path):
                 assert (data.trip.attrs["units"], data.waiting.attrs["units"]) == ("km", "h")
 
 
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("text", ["days since 2000-01-01", "widths of the gap"])
 def test_a_unit_that_is_a_text_is_no_date_to_xarray(tmp_path, text):
     (tmp_path / "a.yaml").write_text(

@@ -31,6 +31,7 @@ solve: {stop: 1}
 """
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_a_page_is_written_beside_the_caller(tmp_path):
     found = lagrange("view", str(SYSTEMS / "pendulum.yaml"), "--json", "--stop", "2", cwd=tmp_path)
     report = json.loads(found.stdout)

@@ -288,6 +288,7 @@ def test_every_shipped_system_can_be_drawn(name):
     assert drawing.dots or drawing.solids or drawing.rods or drawing.curves
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     "constraint, dimension, along",
     [

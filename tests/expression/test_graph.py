@@ -254,7 +254,7 @@ TERMS = [
 ]
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.4)
 @examples(40)
 @given(st.lists(st.sampled_from(TERMS), min_size=2, max_size=3, unique=True), SIGNED)
 def test_a_sum_of_products_that_is_a_square_has_a_root_without_a_power(terms, values) -> None:

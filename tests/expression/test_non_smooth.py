@@ -125,7 +125,7 @@ def test_the_angle_at_the_origin_is_0() -> None:
         assert float(exact) == build(parse(text), {}.__getitem__, numbers), text
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.35)
 @examples(60)
 @given(texts(NAMES), VALUES, VALUES)
 def test_graph_sympy_and_numbers_agree(text: str, x: float, y: float) -> None:

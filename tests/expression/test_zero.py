@@ -18,6 +18,7 @@ def vanishes(text, algebra=GraphAlgebra):
     return is_zero(build(parse(text), made.symbol, made))
 
 
+@pytest.mark.exhaustive(keep=28)
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 @pytest.mark.parametrize(
     "text",

@@ -48,7 +48,7 @@ SURFACES = [
 pytestmark = pytest.mark.usefixtures("however_small")
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("make", [drawn, drawn_on_trees])
 def test_accelerations_are_those_of_the_compiled_code(make, seed: int) -> None:
@@ -76,7 +76,7 @@ def test_surfaces_that_motions_keep_to_are_found(
     assert system is not None and may_be_conserved(system) is expected
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_sections_of_chains_where_they_are_at_rest_are_those_of_the_members(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

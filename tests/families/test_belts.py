@@ -100,7 +100,7 @@ def test_belts_in_double_double(text: str, monkeypatch: pytest.MonkeyPatch) -> N
     compare_long(text, monkeypatch, stop=0.6, most=2.0**-70)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("case", ["carried by the place before", "a wall beside it"])
 def test_belts_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, ALONG[case]), monkeypatch, stop=-0.5, backward=True)

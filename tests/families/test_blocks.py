@@ -105,6 +105,7 @@ def test_blocks_give_the_same_bits(
         assert np.array_equal(values, other[path]), path
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "potential",
     ["sum(u[i]**4 for i in range(N)) + sum(u[i] for i in range(N))**2/N", f"{OPEN} + u[0]*u[N//2]"],
@@ -117,6 +118,7 @@ def test_what_acts_far_away_has_no_blocks(potential: str, monkeypatch: pytest.Mo
     assert found in ([None], [])
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_chains_of_joints_have_no_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their accelerations need sweeps from end to end."""
     found = tilings(monkeypatch)
@@ -124,7 +126,7 @@ def test_chains_of_joints_have_no_blocks(monkeypatch: pytest.MonkeyPatch) -> Non
     assert found == []
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.55)
 def test_only_coordinates_and_velocities_keep_all_orders(monkeypatch: pytest.MonkeyPatch) -> None:
     """The memory of other series does not grow with the number of members."""
     monkeypatch.setattr(tiling, "MANY", 0)

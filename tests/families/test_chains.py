@@ -202,7 +202,7 @@ def test_a_thousand_rods_keep_their_energy(parent: str) -> None:
     assert np.max(np.abs(found["q/th"][-1] - found["q/th"][0])) > 0.01
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("parent", ["i - 1", "(i - 1)//2"])
 def test_the_code_of_a_chain_does_not_grow_with_it(parent: str) -> None:
     def counted(count: int) -> tuple[int, int]:
@@ -274,7 +274,7 @@ def test_a_tree_in_space_moves_as_its_members_do(method: str, monkeypatch: pytes
     alike(found.data, expected.data, 2.0**-44)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_what_rests_beside_what_moves_does_not_shorten_steps(
     method: str, monkeypatch: pytest.MonkeyPatch

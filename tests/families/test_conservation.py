@@ -148,6 +148,7 @@ def test_a_ring_keeps_its_momentum(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found["P_u"].because == "changing all u[i,j] alike leaves L unchanged"
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_check_of_many_bodies_says_what_it_says_of_few(monkeypatch: pytest.MonkeyPatch) -> None:
     def said(count: int) -> str:
         text = BODIES.format(count=count, scale=1, potential=GRAVITY, forces="")

@@ -101,6 +101,7 @@ def test_members_rest_as_they_do_one_by_one(case: str, count: int, monkeypatch: 
             assert np.max(np.abs(both[0] - both[1]), initial=0.0) <= LATE, path
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_balls_come_to_rest_when_the_geometric_series_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """Impacts at t0 (1 + 2 e + ... + 2 e^k), t0 = sqrt(2 h/g), until (1 + e)/(1 - e) t0."""
     keep_families(monkeypatch, whole=True)
@@ -246,6 +247,7 @@ def test_discs_collide_inelastically_as_they_do_one_by_one(
         assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-40, path
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_impacts_of_discs_keep_momentum_and_reduce_the_speed(monkeypatch: pytest.MonkeyPatch) -> None:
     """v+ = -e v along the line of centres, v across it; the momentum is that before."""
     keep_families(monkeypatch, whole=True)
@@ -295,6 +297,7 @@ events:
     assert np.allclose(np.sum(found["v/x"], axis=1), 1.0, rtol=1e-14)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_compiled_code_does_elastic_actions_beside_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)
     across, up, events = CASES["an elastic wall besides"]

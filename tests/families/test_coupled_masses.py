@@ -157,7 +157,7 @@ def test_what_is_coupled_is_found_sparse_or_dense(monkeypatch: pytest.MonkeyPatc
     assert coupled(text).elimination is None
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_the_program_does_not_grow_with_the_members() -> None:
     def counted(count: int) -> int:
         spec = read_spec(Rod(count, 1).text, "system.yaml")
@@ -167,6 +167,7 @@ def test_the_program_does_not_grow_with_the_members() -> None:
     assert counted(3000) <= 1.1 * counted(400)  # the last eight unknowns or fewer are written one by one
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     "change",
     [

@@ -39,7 +39,7 @@ ALL = (
 )
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("text", "reach"), [(RING, 6), (DRIVEN, 2), (ALL, 23)], ids=["ring", "driven", "all"]
 )

@@ -84,6 +84,7 @@ observables: {"s[i in range(N)]": "spin[i]", "g[i in range(N - 1)]": "gap[i]"}
 SYSTEMS = {"springs": SPRINGS, "pendula": PENDULA, "bodies": BODIES}
 
 
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_systems_in_loops_move_as_with_definitions_put_in_by_hand(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -107,6 +108,7 @@ def test_definitions_that_follow_from_one_another_contain_particles(monkeypatch:
         np.testing.assert_allclose(motion.data[f"observables/{name}"], expected, rtol=1e-13, atol=1e-13)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("name", ["springs", "pendula"])
 def test_equations_in_loops_are_printed_as_with_definitions_put_in_by_hand(name: str) -> None:
     def printed(text: str) -> DerivedFamilies:

@@ -101,7 +101,7 @@ def test_ledgers_of_trains(monkeypatch: pytest.MonkeyPatch) -> None:
     compare(Draw(3, 7).text(TRAIN), monkeypatch, LEDGERS)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("count", [2, 3])
 def test_polymers_whose_repulsion_is_cut_off_at_a_rounded_number(
     count: int, monkeypatch: pytest.MonkeyPatch

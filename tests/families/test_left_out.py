@@ -70,7 +70,7 @@ def test_members_are_written_out_where_they_fit(monkeypatch: pytest.MonkeyPatch)
     assert any("ledger" in one.path for one in recording.datasets)
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("outputs", [("ledger",), ("all", "ledger")])
 def test_what_is_named_is_refused(outputs: tuple[str, ...]) -> None:
     with pytest.raises(TooLargeSystem, match=r"members are written out for --outputs (action,)?ledger"):

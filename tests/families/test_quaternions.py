@@ -80,7 +80,7 @@ CASES = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
     text, outputs = bodies(3, middle="0.25"), frozenset(["q", "v", "h", "multipliers", "constraints"])
     for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):
@@ -160,6 +160,7 @@ def test_the_code_does_not_grow_with_the_bodies() -> None:
     assert size(40) == size(24)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_quaternions_of_any_length_are_made_unit_quaternions_at_once() -> None:
     text = bodies(300).replace("initial: 1, velocity: 0", "initial: 2 + i, velocity: 0.3")
     spec = read_spec(text, "system.yaml")

@@ -219,7 +219,7 @@ potential: sum(g*b[i].y for i in range(N))
 """
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_sums_in_sums_are_those_of_definitions() -> None:
     """The sum of phi is written twice, and is one."""
     places = "\n".join(f"    - {name}[i]" for name in "xy")

@@ -48,7 +48,7 @@ def test_sections_are_those_of_the_members(
     assert np.allclose(one.q["x"], other.q["x"], rtol=0.0, atol=1e-11)
 
 
-@pytest.mark.exhaustive(keep=0.55)
+@pytest.mark.exhaustive(keep=0.35)
 def test_states_after_periods_are_those_of_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
     for whole in (True, False):

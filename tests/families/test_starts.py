@@ -47,7 +47,7 @@ constraints:
 """
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("case", ["tree", *CASES])
 @pytest.mark.parametrize("exact", [False, True])
 def test_numbers_are_those_of_the_members(case: str, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,6 +153,7 @@ def test_the_time_left_of_a_search_is_of_the_right_size(monkeypatch: pytest.Monk
     assert latest() is None
 
 
+@pytest.mark.exhaustive(keep=0.75)
 def test_what_members_are_written_out_for_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "chain.yaml").write_text(chain("pinned", 60), encoding="utf-8")
     monkeypatch.setenv("LAGRANGE_LIMITS", "work=60000")

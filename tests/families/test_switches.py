@@ -298,7 +298,7 @@ def compare(
     assert one.conserved == other.conserved
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -460,7 +460,7 @@ def counted_series(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return calls
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.MonkeyPatch) -> None:
     """All members begin where their forces have kinks, half of them to either side."""
     keep_families(monkeypatch, whole=True)
@@ -507,6 +507,7 @@ def test_switches_that_are_passed_over_together_are_not_due(
         assert np.array_equal(found[path], values), path
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(
     "potential",
     [

@@ -125,7 +125,7 @@ def test_vectors_rub_as_written_out(case: str, count: int, monkeypatch: pytest.M
     move_alike(written(case, count), monkeypatch)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("case", CASES)
 def test_members_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     move_alike(written(case, 3, speed=0.0), monkeypatch)
@@ -170,7 +170,7 @@ def test_many_pucks_stop_where_they_must(count: int, method: str, monkeypatch: p
         assert not found[f"v/{one}"][-1].any()
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("factor", [1.0 - 1e-9, 1.0 + 1e-2])
 def test_a_tilted_table_holds_up_to_its_limit(factor: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """All of 20 bodies rest, or begin to slide at once: g sin(a) against mu g cos(a), in any direction."""

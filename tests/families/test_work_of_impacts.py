@@ -56,6 +56,7 @@ def by_caller(patch: pytest.MonkeyPatch) -> None:
     keep_families(patch, whole=True)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("gravity", [0.0, 3.0])
 def test_compiled_code_does_impacts_of_discs_that_touch_nothing_else(
     gravity: float, monkeypatch: pytest.MonkeyPatch
@@ -75,7 +76,7 @@ def test_compiled_code_does_impacts_of_discs_that_touch_nothing_else(
         assert np.array_equal(found[path], expected[path]), path
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("e", [0.3, 0.6])
 @pytest.mark.parametrize("count", [6, 9])
 def test_discs_fall_on_each_other_as_impacts_one_by_one(
@@ -91,6 +92,7 @@ def test_discs_fall_on_each_other_as_impacts_one_by_one(
         assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-40, path
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_balls_that_touch_one_another_are_hit_together(monkeypatch: pytest.MonkeyPatch) -> None:
     """A disc hits two others at one time, which touch: the caller follows these impacts."""
     text = inelastic(3, 0.5).replace(
@@ -112,6 +114,7 @@ def test_balls_that_touch_one_another_are_hit_together(monkeypatch: pytest.Monke
         assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-45, path
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_pairs_that_do_not_touch_take_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """The arrays that are cleared for each state do not contain a matrix of all contacts."""
     keep_families(monkeypatch, whole=True)
@@ -137,6 +140,7 @@ def stops(patch: pytest.MonkeyPatch) -> tuple[object, str]:
     return Impulses, "close"
 
 
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize(("what", "most"), [(series, 3.0), (stops, 1.1)])
 @pytest.mark.parametrize("count", [6, 12])
 def test_an_impact_of_a_rope_looks_at_few_states(
@@ -152,6 +156,7 @@ def test_an_impact_of_a_rope_looks_at_few_states(
     assert per_impact(text, 0.7, *what(monkeypatch), monkeypatch) <= most
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("e", "stop", "share"), [(0.8, 0.7, 0.0), (0.4, 1.0, 0.6), (0.0, 0.7, 0.6)])
 def test_compiled_code_does_impacts_of_ropes(
     e: float, stop: float, share: float, monkeypatch: pytest.MonkeyPatch
@@ -171,6 +176,7 @@ def test_compiled_code_does_impacts_of_ropes(
         assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-33, path
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_ropes_that_are_not_joined_do_not_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bobs of a rope may rest while another one falls, whose impacts are done by compiled code."""
     keep_families(monkeypatch, whole=True)
@@ -183,6 +189,7 @@ def test_ropes_that_are_not_joined_do_not_wait_for_each_other(monkeypatch: pytes
     assert np.all(found["q/y"][-1][:6] == 0.0)
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_motions_with_contacts_under_constant_forces_are_polynomials(monkeypatch: pytest.MonkeyPatch) -> None:
     across, up, events = contacts.CASES["a floor"]
     text = contacts.BALLS.format(count=9, across=across, up=up, events=events)
@@ -198,6 +205,7 @@ def test_motions_with_contacts_under_constant_forces_are_polynomials(monkeypatch
         assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-36, path
 
 
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(("outputs", "any_of_them"), [({"q", "v"}, False), ({"q", "v", "ledger"}, True)])
 def test_changes_by_compiled_code_are_handed_over_where_something_needs_them(
     outputs: set[str], any_of_them: bool, monkeypatch: pytest.MonkeyPatch

@@ -102,6 +102,7 @@ def test_what_is_constant_but_for_rounding_is_a_straight_line():
     assert low < 0 < high
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_legend_is_beside_the_title_where_it_has_room():
     """There it hides no curve."""
     few = only(*(Curve(X, X * k, f"$q_{k}$", k) for k in range(4)))
@@ -116,7 +117,7 @@ def test_a_legend_is_beside_the_title_where_it_has_room():
     assert space.get_legend().get_window_extent().x1 <= space.bbox.x0 + 1
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "text", ["$%$", "$^$", "a $", "$\\frac{$", "$x_$", "#", "'", "\\x", "$\\theta_{1}$", "$x$ (m)"]
 )

@@ -49,6 +49,7 @@ def shown(path, kind):
     return np.frombuffer(read.stdout, np.uint8).reshape(-1, HEIGHT, WIDTH, 3), float(length[1])
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("kind", [".mp4", ".gif", ".apng", FRAMES])
 def test_what_goes_in_comes_out(kind, tmp_path):
     paths = [tmp_path / f"{name}{'' if kind == FRAMES else kind}" for name in "ab"]

@@ -30,7 +30,7 @@ def run_of(method, emit):
     return integrate(prepared, resolve_values(SPEC), times, emit, lambda: False)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_a_chunk_stays_as_it_is_while_the_next_one_is_computed(method, monkeypatch):
     """Each chunk is copied when it is handed over, and again as late as it may be used."""

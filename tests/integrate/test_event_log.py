@@ -19,7 +19,7 @@ events:
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize("whole", [True, False])
 def test_crossings_have_the_indices_of_their_members(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """x[i] - x[j] = (10 - (i + j) t)(i - j), also of families that are not all pairs."""

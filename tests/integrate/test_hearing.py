@@ -53,7 +53,7 @@ def test_ctrl_c_ends_a_step_of_many_parts(tmp_path):
     assert running.returncode == 130 and "interrupted at t = 0" in errors
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_step_that_was_left_is_taken_anew_with_the_same_bits(tmp_path, monkeypatch, precision):
     monkeypatch.chdir(tmp_path)

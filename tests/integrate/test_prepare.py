@@ -82,7 +82,7 @@ def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache, monkeypa
     assert samples(spec, plain) == samples(spec, first) == samples(spec, second)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -103,7 +103,7 @@ def test_numbers_and_words_make_no_new_program(old, new, cache):
     assert program.text == write_run(residual_of(read_spec(PENDULUM, "a.yaml")), RUN)[0].text
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize(
     "change",
     [

@@ -172,7 +172,7 @@ def test_a_run_is_really_taken_to_pieces():
     assert Run("double_pendulum", 100, 1).pieces > 50
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @given(system=st.sampled_from(DRAWN), samples=st.integers(2, 200), finer=st.integers(1, 5))
 @examples(5)
 def test_the_samples_asked_for_change_neither_steps_nor_samples(system, samples, finer):

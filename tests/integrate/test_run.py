@@ -18,6 +18,7 @@ OF_STEPS = pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 FINEST = {"taylor": FULL, "ias15": FULL, "DOP853": 1e-12}
 
 
+@pytest.mark.exhaustive(keep=2)
 @OF_STEPS
 def test_samples_do_not_change_the_steps(method):
     coarse, fine = (
@@ -158,6 +159,7 @@ def test_parameters_stay_inputs():
     assert np.max(np.abs(light["q/theta1"] - plain["q/theta"])) <= 1e-6
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_large_systems_grow_with_their_terms_not_their_squares():
     """A line of springs: operations per step in proportion to its length."""
 

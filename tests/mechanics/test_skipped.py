@@ -82,6 +82,7 @@ def test_of_shipped_systems(system: str) -> None:
     hold(system)
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("system", CASES)
 def test_of_systems_that_are_reduced_or_look_like_others(system: str) -> None:
     hold(system)

@@ -85,6 +85,7 @@ def test_absent_sections_are_zero() -> None:
     assert model.observables == {}
 
 
+@pytest.mark.exhaustive(keep=0.45)
 def test_a_given_lagrangian_over_numbers_is_its_value() -> None:
     spec = read_spec((SYSTEMS / "gauge_oscillator.yaml").read_bytes(), "gauge_oscillator.yaml")
     values = resolve_values(spec)

@@ -175,6 +175,7 @@ potential: "{use} + top.x"
 """
 
 
+@pytest.mark.exhaustive(keep=0.25)
 @examples(30)
 @given(st.data())
 def test_definitions_in_any_order_are_what_they_stand_for(data: st.DataObject) -> None:

@@ -29,7 +29,7 @@ def read(text: str) -> Unit:
     return unit
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.35)
 @settings(deadline=None)
 @given(units(), units(), units())
 def test_units_are_a_commutative_group(a, b, c):
@@ -68,12 +68,14 @@ def test_what_udunits_gets_is_the_same_unit(a):
         assert fractions or a.symbols & {"EUR", "Msun", "dyn", "pc"}
 
 
+@pytest.mark.exhaustive(keep=0.8)
 @settings(deadline=None)
 @given(units([*BASE, *COHERENT]))
 def test_simplified_units_are_the_same(a):
     assert same(simplified(a), a)
 
 
+@pytest.mark.exhaustive(keep=0.7)
 @settings(deadline=None)
 @given(units(), units())
 def test_the_same_units_mean_the_same(a, b):

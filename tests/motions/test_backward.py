@@ -57,7 +57,7 @@ def lagrangian(t: mpmath.mpf) -> mpmath.mpf:
     return 0.625 * v**2 - 1.25 * x**2 + 0.75 * x * mpmath.cos(1.875 * t)
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize(
     ("method", "tolerance", "wrong"),
     [("taylor", FULL, 2e-15), ("DOP853", 1e-12, 1e-10), ("LSODA", 1e-10, 1e-7), ("Radau", 1e-9, 1e-7)],
@@ -160,6 +160,7 @@ def test_a_singularity_in_the_past_is_said_with_its_time():
     assert motion["v/x"][-1] > 0  # it comes out of the centre
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_a_motion_backward_is_asked_about_at_the_same_steps_as_one_forward():
     """A section ends at a multiple of so many steps, however fast the machine is."""
     system = "coordinates: {x: {initial: 1, velocity: 0.3}}\nlagrangian: x_dot**2/2 - x**2/2 - abs(x)\n"

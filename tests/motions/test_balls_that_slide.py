@@ -25,7 +25,7 @@ generalized_forces:
 TOLERANCES = {"taylor": 2.0**-52, "ias15": 2.0**-52, "DOP853": 1e-12, "Radau": 1e-10}
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize("method", TOLERANCES)
 def test_a_ball_that_slides_rolls_in_the_end(method: str) -> None:
     # the angular momentum about the line of contact is kept: v = (5 v0 + 2 R w0)/7

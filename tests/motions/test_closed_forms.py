@@ -67,6 +67,7 @@ def test_block_slides_down_the_incline_with_g_sin_alpha() -> None:
     assert motion.outcome.steps == 1
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("system", ["harmonic_oscillator", "gauge_oscillator"])
 def test_oscillators_stay_in_phase_for_1000_periods(system: str) -> None:
     """The gauge term dF/dt changes p and h, not the motion."""
@@ -80,6 +81,7 @@ def test_oscillators_stay_in_phase_for_1000_periods(system: str) -> None:
     assert 200 < motion.outcome.steps <= 7000
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_charge_in_a_magnetic_field_circles_at_the_cyclotron_frequency() -> None:
     """x' + i y' turns with -e B/m, z' stays."""
     known = parameters("charged_particle")
@@ -99,6 +101,7 @@ def test_charge_in_a_magnetic_field_circles_at_the_cyclotron_frequency() -> None
     assert motion.outcome.steps < 500
 
 
+@pytest.mark.exhaustive(keep=0.55)
 def test_kepler_ellipse_of_eccentricity_06_closes_after_100_periods() -> None:
     start = {"r": 0.4, "r_dot": 0.0, "theta": 0.0, "theta_dot": 5.0}  # (r theta')^2 = 4 = mu (1+e)/(a(1-e))
     motion = follow("central_force", 200 * np.pi, 101, sets=start)
@@ -153,7 +156,7 @@ def test_conical_pendulum_keeps_its_angle_and_its_rate() -> None:
     assert motion.outcome.steps < 1000
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_taylor_method_reaches_its_tolerance() -> None:
     """Measured: the error of one Kepler orbit falls with the tolerance, about in proportion."""
     errors = []

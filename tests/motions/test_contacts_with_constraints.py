@@ -30,6 +30,7 @@ events: {floor: {when: y, direction: falling, action: {set: {y_dot: -y_dot/2}}}}
 """
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_multipliers_of_a_pendulum_whose_impacts_lose_speed():
     """At the lowest point the wall has the direction of the motion, and its force does not pull at the rod:
     2 lambda l = -(m v^2 + m g cos(theta))/l."""

@@ -29,7 +29,7 @@ WOUND = """
     """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("potential", ["0.1*atan2(y, x)", "0.1*sin(atan2(y, x)/2)", "exp(atan2(y, x)/9)"])
 def test_a_motion_ends_where_its_energy_jumps(potential):
     motion = follow(PLANE.format(x=-1, potential=potential), 2.0, 201)

@@ -79,7 +79,7 @@ def test_polynomials_have_the_values_that_they_are_made_from(degree: int) -> Non
     assert found == pytest.approx(c[1:], abs=1e-15 * 16**degree**0.9)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @METHODS
 @pytest.mark.parametrize("direction", ["rising", "falling", "either"])
 def test_crossings_are_those_of_a_sine(method: str, tolerance: float, direction: str) -> None:
@@ -131,7 +131,7 @@ def test_a_ball_bounces_when_it_should(method: str, tolerance: float) -> None:
     assert np.abs(motion["events/floor/q/y"]).max() < 1e-14
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.75)
 @METHODS
 def test_bounces_that_accumulate_end_in_rest(method: str, tolerance: float) -> None:
     motion = stepped(BALL.format(y=1, v=0, e=0.5, A=0, w=1), 3.0, method, tolerance)
@@ -142,7 +142,7 @@ def test_bounces_that_accumulate_end_in_rest(method: str, tolerance: float) -> N
     assert motion["q/x"] == pytest.approx(motion.t, abs=1e-10)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.8)
 @METHODS
 def test_an_event_stops_the_motion(method: str, tolerance: float) -> None:
     text = OSCILLATOR.format(x=0, v=1, when="x_dot", direction="falling", action="stop")

@@ -56,7 +56,7 @@ def test_nor_in_double_double():
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-14)
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize(
     ("argument", "end", "events"),
     [
@@ -81,7 +81,7 @@ def test_a_jump_over_0_is_no_event():
     assert np.allclose(motion["events/e/t"], [1.0, 1.0 + 2 * math.pi], rtol=0, atol=1e-13)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("power", [2, 3, 5])
 def test_a_series_of_few_orders_is_known_no_farther_than_others(power):
     """cos(t^n) begins with the orders 0, 2n, 4n, and the last orders of a series may be none of these."""

@@ -42,6 +42,7 @@ def test_the_motion_in_a_wedge_is_made_of_parabolas(place):
     assert motion.outcome.h_drift <= 1e-12 * (1 + abs(place))
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_jump_in_a_higher_derivative_is_found_as_well():
     """U = |x|^3: the force and its slope are continuous. The period is 4 int dx / sqrt(2 (1 - x^3))."""
     text = LINE.format(initial=1, velocity=0, potential="((p.x)**2)**1.5")
@@ -52,6 +53,7 @@ def test_a_jump_in_a_higher_derivative_is_found_as_well():
     assert motion.outcome.h_drift <= 1e-12
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_two_kinks_in_a_plane():
     text = """
         coordinates: {x: {initial: 1.7, velocity: 0.3}, y: {initial: 0.2, velocity: 0.1}}
@@ -148,7 +150,7 @@ generalized_forces: {{x: "{force}"}}
 """
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "force",
     [
@@ -188,7 +190,7 @@ def test_a_force_that_grows_like_a_logarithm_is_followed_to_rounding():
     assert np.max(np.abs(motion["q/x"] - expected)) <= 1e-13
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize(
     "force", ["tan(a*t)", "1/cos(a*t)", "1/abs(cos(a*t))", "x*tan(a*t)**2", "1/cos(a*t)**3"]
 )
@@ -246,7 +248,7 @@ def test_a_potential_with_arccosines_has_wedges_and_passes_them():
     assert motion.outcome.steps <= 25
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.65)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_roots_of_the_place_and_of_the_time_begin_together(sign):
     """x = sign t^3: x'' = 6 t + c t^1.5 - c sqrt(x), to either side of 0."""

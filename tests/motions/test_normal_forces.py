@@ -74,7 +74,7 @@ RING = """
     """
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.4)
 def test_friction_by_the_normal_force_slows_a_block_down_and_holds_it() -> None:
     """Up an incline with g (sin + mu cos), then it rests; the coordinates are Cartesian."""
     motion = follow(BLOCK, 2.0, 21, outputs=OUTPUTS)
@@ -116,7 +116,7 @@ def test_a_normal_force_of_either_sign() -> None:
     np.testing.assert_allclose(motion["q/x"], plain["q/x"], rtol=0, atol=1e-12)
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize(("place", "rests"), [(0.1, True), (0.2, False)])
 def test_friction_that_is_not_linear_in_the_normal_force_holds_a_bead_in_all_coordinates(place, rests):
     """On a ring that turns, m sin (w^2 R cos - g) is along it, and m (w^2 R sin^2 + g cos) across it."""
@@ -129,6 +129,7 @@ def test_friction_that_is_not_linear_in_the_normal_force_holds_a_bead_in_all_coo
         assert np.abs(motion[f"diagnostics/ledger/{path}"]).max() <= 1e-12
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_a_bead_leaves_a_sphere_where_the_force_of_constraint_is_none() -> None:
     """y = 2 R/3 + v0^2/(3 g), as from the law of energy (Goldstein, 3rd ed., exercise 2.13)."""
     text = """

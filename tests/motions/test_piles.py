@@ -125,6 +125,7 @@ def test_a_ball_dropped_on_a_stack_does_not_push_it_through_the_floor(count: int
     assert np.diff(energies(motion)).max() <= SAME * count**2
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_two_balls_that_meet_part_with_the_speeds_of_their_impacts() -> None:
     """One hits another one that lies on the floor, with v: 3v/4 and v/4 downward; 3v/8 up; a second impact
     leaves -3v/32 and 7v/32; and the floor turns the first of these to 3v/64."""
@@ -136,7 +137,7 @@ def test_two_balls_that_meet_part_with_the_speeds_of_their_impacts() -> None:
     assert motion["events/hit/t"] == pytest.approx([at, at], rel=1e-15)
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.5)
 def test_balls_that_collapse_in_flight_fall_as_one_and_land_together() -> None:
     """Clay: after the impact no force presses them together, until they come to the floor."""
     text = column(random.Random(1), [2.0, 3.5], [1.0, -3.0], 0.0)

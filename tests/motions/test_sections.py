@@ -103,6 +103,7 @@ def take(
     )
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_an_oscillator_crosses_once_a_period_and_not_at_its_start():
     taken = take(SPRING, "x", [[0.0, 1.0]], 300)
     assert taken.ending == [Ending.COMPLETE]
@@ -120,6 +121,7 @@ def test_the_direction_is_that_of_the_expression(direction, first, step):
     assert np.abs(taken.t[0] / expected - 1).max() < ROUNDING
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_the_period_of_a_pendulum_is_an_elliptic_integral():
     amplitudes = [0.1, 1.0, 2.0, 3.0]
     taken = take(PENDULUM, "u_dot", [[a, 0.0] for a in amplitudes], 25, -1)
@@ -128,7 +130,7 @@ def test_the_period_of_a_pendulum_is_an_elliptic_integral():
         assert np.abs(row / (period * np.arange(1, 26)) - 1).max() < 1e-12
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("seed", range(60))
 def test_roots_of_any_pattern_within_one_step(seed):
     """A free motion x = t takes steps without end, so that all roots of a polynomial in x lie in one."""
@@ -151,7 +153,7 @@ def test_roots_of_any_pattern_within_one_step(seed):
     assert rising.tolist() == found[(len(roots) + 1) % 2 :: 2].tolist()
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("depth", [1e-2, 1e-6, 1e-10])
 def test_two_crossings_around_a_summit_that_hardly_passes_the_surface(depth):
     """y = t - t^2/2 has its summit 1/2 at t = 1."""
@@ -160,19 +162,21 @@ def test_two_crossings_around_a_summit_that_hardly_passes_the_surface(depth):
     assert np.abs(taken.of() - [1 - width, 1 + width]).max() < 1e-15 / width
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_what_touches_the_surface_does_not_cross_it():
     for direction in (-1, 0, 1):
         taken = take(THROWN, "y - 1/2", [[0.0, 1.0]], 2, direction, stop=1.7)
         assert taken.reached.tolist() == [0] and taken.ending == [Ending.COMPLETE]
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_a_series_that_converges_more_slowly_than_the_motion():
     """sin(40 x) on x = t has 200 zeros in what would be one step."""
     taken = take(FREE, "sin(40*x)", [[0.0, 1.0]], 200, 0)
     assert np.abs(taken.t[0] - math.pi / 40 * np.arange(1, 201)).max() < 1e-13
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize(
     ("surface", "bound"),
     [
@@ -190,7 +194,7 @@ def test_a_multiple_zero_is_as_accurate_as_a_simple_one(surface, bound):
     assert np.abs(taken.states[:, 0] - places[:, None]).max() < bound
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("apart", [1e-3, 1e-4])
 def test_zeros_that_are_near_each_other_are_not_taken_for_one(apart):
     taken = take(
@@ -229,7 +233,7 @@ def test_a_motion_is_the_same_whatever_runs_beside_it():
         assert alone.t[0].tobytes() == together.t[member].tobytes()
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.45)
 def test_crossings_lie_on_the_motion_that_solve_follows():
     taken = take("henon_heiles", "x + y/2", [[0.0, 0.1, 0.49, 0.05]], 40)
     alone = prepared("henon_heiles").follower

@@ -41,7 +41,7 @@ def heights(motion: Motion) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]
     return found
 
 
-@pytest.mark.exhaustive(keep=0.65)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 def test_balls_leave_the_floor_when_it_falls_faster(method: str) -> None:
     """They have come to rest by t = 2.1, and let go where A w^2 sin(w t) = g, both at once."""

@@ -160,7 +160,7 @@ def test_two_contacts_that_end_at_once_take_no_search(series):
     assert motion.attributes["steps"] + series[0] <= 2 * SERIES * 2
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("p", [1.5, 2.5])
 def test_grains_that_graze(p, source, series):
     """Their closest approach is just below the distance at which they touch."""
@@ -174,7 +174,7 @@ def test_grains_that_graze(p, source, series):
     assert motion.attributes["steps"] + series[0] <= 2 * SERIES
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.filterwarnings("ignore:.*does not detect narrow forces")
 @pytest.mark.parametrize("depth", [1e-3, 3e-4, 1e-4])
 def test_the_first_step_of_a_contact_is_no_less_exact_by_radau(depth):

@@ -31,7 +31,7 @@ def source(request) -> random.Random:
     return random.Random(request.config.option.seed)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.9)
 @pytest.mark.parametrize(
     "wall", ["K/2*max(0, x - A)**2", "K/2*((x - A + abs(x - A))/2)**2", "where(x > A, K/2*(x - A)**2, 0)"]
 )
@@ -67,7 +67,7 @@ def test_a_block_sticks_until_the_force_exceeds_the_friction(source):
     assert motion["q/x"][-1] == pytest.approx(c * 3**3 / 6, rel=1e-12)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.85)
 @pytest.mark.parametrize(
     "coefficient",
     ["where(abs(x_dot) < 0.1, S, K)", "where(x_dot**2 < 0.01, S, K)", "where(0.1 > x_dot, S, K)"],
@@ -167,6 +167,7 @@ def test_a_contact_force_that_has_no_series_where_it_begins(power, spelling, sou
     assert motion["q/x"][-1] == pytest.approx(a - v * (10 - a / v - inside), rel=2e-12)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_a_root_of_a_square_that_is_a_function_is_a_kink():
     """sqrt(1 - cos(x)) is sqrt(2) |sin(x/2)|; v is never lost where x is 0."""
     motion = follow(line(0.5, -1.0, "sqrt(1 - cos(x))"), 20.0, 81)
@@ -176,6 +177,7 @@ def test_a_root_of_a_square_that_is_a_function_is_a_kink():
     assert motion["q/x"] == pytest.approx(same["q/x"], rel=0, abs=1e-12)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_a_condition_on_an_angle_changes_at_the_cut(source):
     """atan2 jumps from pi to -pi: a force that acts beyond an angle ends there."""
     c, w = source.uniform(1, 3), source.uniform(0.5, 2)
@@ -192,7 +194,7 @@ def test_a_condition_on_an_angle_changes_at_the_cut(source):
     assert motion["v/z"] == pytest.approx(turns * (math.pi - c) / w, rel=1e-11, abs=1e-12)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.6)
 @pytest.mark.parametrize("place", [0, 0.4])
 def test_a_difference_over_its_own_length_is_its_sign(place, source):
     """With any factor, also where the motion begins on the jump."""
@@ -209,6 +211,7 @@ def test_a_difference_over_its_own_length_is_its_sign(place, source):
     np.testing.assert_array_equal(motion["q/x"], other["q/x"])
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_static_friction_on_a_moving_belt_is_that_of_a_floor_in_motion():
     """A coefficient that is larger at rest, relative to a belt: the same in the frame of the belt."""
     text = """
@@ -225,6 +228,7 @@ generalized_forces: {x: "-where(abs(x_dot - v) < 1e-3, mu_s, mu_k)*g*sign(x_dot 
     assert on_belt["q/x"] == pytest.approx(in_frame["q/x"] + 0.5 * in_frame.t, abs=1e-12)
 
 
+@pytest.mark.exhaustive(keep=0.95)
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_friction_holds_a_charge_that_a_pole_repels(side, source):
     """U = 1/|x| and dry friction mu: from rest at 1, where 1 > mu, as far as 1/mu, where mu**2 < mu holds it.
@@ -246,7 +250,7 @@ potential: sum(1/({distance}) for i in range(N) for j in range(i))
 """
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_charges_on_a_ring_move_as_with_distances_that_have_no_sides():
     """|2 sin((a_i - a_j)/2)| is its argument as long as no charge passes another one, which none can."""
     motions = [

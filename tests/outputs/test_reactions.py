@@ -78,6 +78,7 @@ def test_the_tension_of_a_pendulum_from_its_angle():
     assert tension.min() > 3
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_the_same_from_a_constraint():
     motion = follow(CARTESIAN, 10.0, 101, outputs=("q", "reactions", "multipliers"))
     place = np.stack([motion["q/x"], motion["q/y"]], axis=1)
@@ -144,6 +145,7 @@ constraints: {upper: dot(one, one) - 1, lower: dot(two - one, two - one) - 0.64}
 """
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_double_pendulum_in_angles_and_with_rods():
     """A chaotic motion, over a short time."""
     angles, rods = (follow(text, 2.0, 41, outputs=("reactions", "positions")) for text in (ANGLES, RODS))
@@ -233,7 +235,7 @@ potential: m*9.81*top.at(0, 0, 0.2).z
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize(
     ("place", "free"),
     [("0, 0, z", True), ("l*sin(phi)*sin(theta), -l*cos(phi)*sin(theta), z + l*cos(theta)", False)],

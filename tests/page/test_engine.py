@@ -211,7 +211,7 @@ def test_values_may_be_changed():
     assert_same(found, "pendulum", l=2.0, theta=1.5, theta_dot=-0.5)
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.3)
 def test_what_depends_on_parameters_follows_them():
     """omega is 2 sqrt(g/a) in the file, as long as nobody moves it."""
     engine = engine_of("rotating_hoop")

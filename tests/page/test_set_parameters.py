@@ -79,7 +79,7 @@ def places(engine, motion, times):
     return [row[2 * point : 2 * point + 2] for row in engine.run(script)]
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("backward", [False, True])
 def test_a_particle_is_where_it_was_before_an_action_and_after_it(engine, expected, backward):
     times, there = expected
@@ -113,7 +113,7 @@ def replayed(page):
     return engine, script
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("text", [CUT, FAMILY, MANY])
 def test_a_page_of_an_output_draws_with_what_actions_have_set(tmp_path, text):
     motion = lagrange.solve(text, outputs="q,v,positions")

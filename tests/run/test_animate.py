@@ -107,6 +107,7 @@ def test_a_trail_is_the_path_so_far(folder):
     np.testing.assert_array_equal(long.picture(scene, 0), none.picture(scene, 0))
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_a_trail_of_a_fast_film_has_the_samples_of_the_motion(folder):
     """Pictures 0.5 apart of a motion with samples 0.1 apart or so."""
     film = reel(folder, "run.h5", speed=5.0)

@@ -21,7 +21,7 @@ solve: {stop: 1}
 # the constraints, then the piece that is underlined, part of the message, part of the hint
 BAD = [
     ("constraints: {c: x_dot}", "x_dot", "the velocity 'x_dot' cannot be used", "'nonholonomic'"),
-    ("constraints: {c: bob.vx + x}", "bob.vx + x", "'c' contains velocities", "'nonholonomic'"),
+    ("constraints: {c: bob.vx + x}", "bob.vx", "the velocity of 'bob' cannot be used", "'nonholonomic'"),
     ("constraints: {c: l - 1}", "l - 1", "'c' contains no coordinate", "that stays 0"),
     ("constraints: {c: t}", "t", "'c' contains no coordinate", "that stays 0"),
     ("constraints: {c: x - x}", "x - x", "no coordinate has an effect on it", "that stays 0"),

@@ -115,6 +115,7 @@ solve: {stop: 0.05, samples: 3}
 """
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_series_of_few_convolutions_are_chosen_where_terms_are_many(tmp_path) -> None:
     """A sine takes two convolutions an order, and in an evaluation as long as a root and many products."""
     (tmp_path / "oscillators.yaml").write_text(OSCILLATORS)
@@ -223,6 +224,7 @@ def test_steps_that_cannot_be_proven_in_loops_are_those_of_ias15() -> None:
     assert family_run(spec, Compilation("ias15", 2.0**-52, frozenset({"q", "v"}))) is not None
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_distances_of_places_are_no_drag() -> None:
     """Springs between members of a chain: their lengths are not those of velocities."""
     text = (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8")

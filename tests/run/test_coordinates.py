@@ -176,6 +176,7 @@ def test_where_the_search_begins_need_not_be_in_the_domain():
     assert start_in(old, in_coordinates(old, "up"), {})[1].q == pytest.approx([np.cos(0.9)], rel=1e-12)
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_the_energy_of_constraints_at_rest_is_conserved_in_coordinates_that_move():
     """Seen from a lift that shakes, h is not conserved, but T + U in space is."""
     shaken = "  shaken: {coordinates: {Y: {initial: -1}}, replace: {y: Y + sin(3*t)/10}}\nsolve:"

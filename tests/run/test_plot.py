@@ -48,6 +48,7 @@ def test_curves_are_the_samples_of_the_file(folder):
     assert (phase.x, phase.y) == (r"$\theta$ (rad)", r"$\dot{\theta}$ (rad/s)")
 
 
+@pytest.mark.exhaustive(keep=0.35)
 def test_drift_is_the_distance_from_the_first_value(folder):
     (drift,) = panels(folder, "run.h5", "drift")
     with h5py.File(folder / "run.h5") as file:

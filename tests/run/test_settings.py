@@ -201,6 +201,7 @@ def test_times_are_numbers_or_expressions_in_parameters():
     assert settings.count == math.ceil(10.5 * math.pi / 0.015) + 1
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("text", "stop"),
     [

@@ -21,7 +21,7 @@ def products_of(graph: Graph, powers: list[dict[str, float]]) -> list[Node]:
     return list(dict.fromkeys(made))
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.55)
 @examples(40)
 @given(st.lists(POWERS, min_size=1, max_size=12))
 def test_every_product_is_made_from_two_that_make_it(powers: list[dict[str, float]]) -> None:

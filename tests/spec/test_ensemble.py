@@ -81,7 +81,7 @@ def test_functions_are_those_of_single_numbers_wherever_they_have_a_value(name, 
             assert failed == (name == "exp" and expected == 0) and bits([expected]) == bits([value])
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.6)
 @given(rows=st.lists(st.tuples(REALS, REALS), min_size=1, max_size=5), number=REALS)
 def test_operators_are_those_of_single_numbers_wherever_they_have_a_value(rows, number) -> None:
     operations = [

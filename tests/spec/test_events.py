@@ -166,7 +166,7 @@ BAD = [
 ]  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=25)
+@pytest.mark.exhaustive(keep=19)
 @pytest.mark.parametrize(("event", "expected"), BAD, ids=[event for event, _ in BAD])
 def test_each_mistake_is_shown_at_its_place(event, expected):
     found = sorted(problems(f"{SYSTEM}  f: {event}\n"), key=lambda one: one.column)

@@ -254,6 +254,7 @@ def test_indices_may_depend_on_one_another(size: int, shift: int, start: int, co
         assert one.indices == {"i": i, "j": j}
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "ranges",
     [

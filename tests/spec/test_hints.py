@@ -75,10 +75,9 @@ def test_energies_are_outputs(name, output):
 
 def test_a_position_relative_to_another():
     two = changed("  bob: m", "  bob: m\n  two: m")
-    (hint,) = hints(two, "embedding:", "embedding:\n  two: bob + (l, 0)")
-    assert hint.endswith("; name the particle's position under 'definitions', and use that name in both")
-    both = two.replace("bob: [", "place: [").replace("embedding:", "definitions:")
-    assert not problems(f"{both}embedding:\n  bob: place\n  two: place + (l, 0)\n")
+    assert not problems(two.replace("embedding:", "embedding:\n  two: bob + (l, 0)"))
+    (hint,) = hints(two, "embedding:", "embedding:\n  two: (bob.x, bob.vy)")
+    assert hint == "a position is r(q, t): coordinates, t, parameters and other positions only"
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ def network(ends: list[tuple[int, int]], count: int, way: str) -> str:
     return NETWORK.format(count=count, bonds=len(ends), **words)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("way", ["lists", "a table", "definitions"])
 @pytest.mark.parametrize("count", [2, 3, 8, 9, 40])
 def test_networks_move_as_if_their_bonds_were_written_by_hand(

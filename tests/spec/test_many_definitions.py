@@ -9,7 +9,9 @@ import pytest
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.limits import DEFAULTS
 from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.families import MAX_DEFINED, MAX_MEMBERS
+from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.read import examine, read_spec
 from lagrange_cli.spec.settling import Settling
 
@@ -44,9 +46,12 @@ USES = {
 @pytest.mark.parametrize("kinds", KINDS)
 def test_members_of_several_kinds_are_checked_together(kinds: str, monkeypatch: pytest.MonkeyPatch) -> None:
     settle, settled = Settling._settle_one, list[str]()
-    monkeypatch.setattr(
-        Settling, "_settle_one", lambda self, one, *more: settled.append(one.name) or settle(self, one, *more)
-    )
+
+    def counted(self: Settling, one: Written, what: Kind) -> None:
+        settled.extend([one.name] if what is Kind.DEFINITION else [])
+        settle(self, one, what)
+
+    monkeypatch.setattr(Settling, "_settle_one", counted)
     text = FILE.format(count=20, definitions=KINDS[kinds], potential=USES[kinds])
     _, problems = examine(text, "file.yaml")
     assert problems.found == []

@@ -73,7 +73,7 @@ definitions: {s[i in range(N)]: x[i]}
     ]
 
 
-@pytest.mark.exhaustive(keep=11)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_example_systems_use_all_that_they_declare(path):
     assert found(path.read_text()) == []

@@ -166,6 +166,7 @@ def test_numbers_of_pairs_are_known_wherever_they_are_used(key: str, place: str,
         read_spec(text.replace("ZERO", zero), "a.yaml")
 
 
+@pytest.mark.exhaustive(keep=0.7)
 def test_reading_pairs_takes_few_calls_for_each() -> None:
     text = PAIRS.format(key='"w[i in range(N), j in range(i)]"', value="1/(i - j)", place="i, j", zero="2")
 
@@ -212,7 +213,7 @@ def test_numbers_found_together_are_those_found_one_by_one(
     assert [(name, x.hex()) for name, x in one] == [(name, x.hex()) for name, x in other]
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -300,7 +301,7 @@ def test_members_that_follow_from_later_ones_come_after_them() -> None:
     assert resolve_values(spec).q[0] == resolve_values(read_spec(FAMILIES, "a.yaml")).q[0]
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     "statements",
     [

@@ -116,7 +116,7 @@ def test_crossings_are_read_back_with_what_their_events_are(tmp_path):
         ]
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", ["floor", "wall", "never"])
 def test_xarray_finds_the_times_of_the_crossings_and_not_of_the_samples(tmp_path, name):
     written(tmp_path / "out.h5")

@@ -51,6 +51,7 @@ events:
 """
 
 
+@pytest.mark.exhaustive(keep=0.55)
 @pytest.mark.parametrize(
     "line",
     [

@@ -326,7 +326,7 @@ def test_branches_are_looked_at_on_both_sides():
     assert found.counted["before a switch or pole"] and found.counted["beyond a switch or pole"]
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.3)
 def test_dependent_constraints_are_no_difference():
     derivation = derive(spec_of(TWICE))
     assert derivation.equations.degrees_of_freedom == 1
@@ -414,7 +414,7 @@ constraints:
 """
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 def test_states_in_which_a_linkage_is_folded_are_not_compared(patient):
     """Where B is at C, P turns freely, and the accelerations are 0/0."""
     found = verify_system(derive(spec_of(INVERSOR)), {})

@@ -50,7 +50,7 @@ def test_data_is_read_back_by_sympy_and_by_the_file_grammar(name):
         assert agree_at_random(built, own)
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("name", NAMES)
 def test_data_has_the_keys_of_the_contract(name):
     data = as_data(equations_of(name), "lagrange", {"g": 9.81})
@@ -188,7 +188,7 @@ def test_matrix_form():
     ) in text
 
 
-@pytest.mark.exhaustive(keep=5)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_form_is_shown(name, form):

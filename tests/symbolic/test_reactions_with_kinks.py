@@ -110,7 +110,7 @@ forces: {bead: ["FRICTION*x_dot/norm((x_dot, y_dot))", "FRICTION*y_dot/norm((x_d
 """
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("text", "lines"),
     [
@@ -157,7 +157,7 @@ def test_a_velocity_in_a_quotient_is_not_taken_for_zero() -> None:
     assert "m*x_ddot" in as_written(derive(spec_of(text)), "text", "lagrange", {})
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.3)
 @pytest.mark.parametrize("seed", range(100, 110))
 @pytest.mark.parametrize("place", ["turned", "incline", "floor", "plane"])
 def test_printed_forces_are_those_along_the_motion(place: str, seed: int) -> None:

@@ -75,7 +75,7 @@ products = st.lists(factors, min_size=1, max_size=5).map("*".join)
 sums = st.lists(st.tuples(st.sampled_from("+-"), products), min_size=1, max_size=8)
 
 
-@pytest.mark.exhaustive(keep=0.7)
+@pytest.mark.exhaustive(keep=0.55)
 @settings(max_examples=30, deadline=None)
 @given(sums)
 def test_a_contraction_is_exact(terms):

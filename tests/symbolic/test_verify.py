@@ -97,6 +97,7 @@ def test_what_is_complex_is_not_compared():
                 measured(text, x=-2.0)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("quantity", ["a", "p", "h"])
 def test_a_small_mistake_is_seen(quantity):
     values = resolve_values(spec_of("double_pendulum"))

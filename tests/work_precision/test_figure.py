@@ -43,6 +43,7 @@ def test_an_svg_holds_title_axes_and_the_name_of_every_curve(drawn, tmp_path):
     assert again.read_bytes() == drawn.read_bytes()
 
 
+@pytest.mark.exhaustive(keep=0.25)
 def test_names_of_curves_that_end_together_are_moved_apart(drawn):
     heights = {}
     for each in ElementTree.parse(drawn).getroot().iter(f"{SVG}text"):

@@ -89,6 +89,7 @@ def test_the_error_is_that_beside_the_closed_form():
     assert result.runs == 2 and result.seconds > 0 and result.evaluations > result.steps
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_an_error_below_that_of_the_reference_is_only_bounded():
     (result,) = results_of({"taylor": [2.0**-52]})
     assert result.bounded and result.error == REFERENCE.error

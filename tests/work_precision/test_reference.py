@@ -42,6 +42,7 @@ def error_of(reference, column, exact):
     return float(apart / max(map(abs, known)))
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_an_oscillator_is_known_to_the_doubles_it_is_kept_in():
     reference = reference_of("harmonic_oscillator", 20.0)
     assert reference.times.stop == 20.0 and reference.reason == ""

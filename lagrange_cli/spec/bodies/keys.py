@@ -34,7 +34,7 @@ BODY = Table(
         Row(
             "position",
             read_vector,
-            "its centre of mass `[x, y, z]` in q, t and parameters",
+            "its centre of mass `[x, y, z]` in q, t, parameters and other positions",
             also="r centre center com origin positions embedding",
         ),
         Row(

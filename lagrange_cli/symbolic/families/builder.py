@@ -23,7 +23,7 @@ from lagrange_cli.model.orientation import Turning, turning
 from lagrange_cli.model.rigid_body import second_moments
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression
-from lagrange_cli.symbolic.families.frames import Frame, Split
+from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.kinds import MemberKinds, loop_of
 from lagrange_cli.symbolic.families.labels import axes_of
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop, Relation, condition_of, relation
@@ -60,6 +60,15 @@ class WrittenBuilder(MemberKinds):
     def building(self, tree: Tree) -> Callable[[Frame], Any]:
         """What builds a tree."""
         return lambda frame: self.value(tree, frame)
+
+    def among(self, group: Group, kind: Kind) -> Callable[[Frame], Any]:
+        """What builds the members of a group that have the places of those of a kind."""
+
+        def build(frame: Frame) -> Any:
+            known = {**self.spec.sizes, **frame.arrays}
+            return self.of_group(group, kind.indices, [one.value(known) for one in kind.indices], frame)
+
+        return build
 
     def scalar(self, written: Expression) -> sympy.Expr:
         """The value of an expression that belongs to no family."""

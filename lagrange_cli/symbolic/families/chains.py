@@ -77,6 +77,7 @@ class WrittenChains(WrittenBuilder):
         self._growing: list[tuple[Group, int]] = []
 
     def of_group(self, group: Group, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Any:
+        group = self.own(group)
         for growing, parts in self._growing:
             if growing is group:
                 return together([member(PARENT.format(k), wholes) for k in range(parts)])
@@ -84,6 +85,17 @@ class WrittenChains(WrittenBuilder):
         if chains is None:
             return super().of_group(group, wholes, values, frame)
         return together([self.along(one, wholes[0], values[0], frame) for one in chains])
+
+    def own(self, group: Group) -> Group:
+        """The group of this name in expressions, if it is the same: members may follow from one another."""
+        own = self.groups.get(group.family.name, group)
+        same = len(own.trees) == len(group.trees) and all(a is b for a, b in zip(own.trees, group.trees))
+        return own if same else group
+
+    def follows(self, group: Group) -> bool:
+        """Whether all members are one sum, however they are written."""
+        chains = self.chained(self.own(group))
+        return chains is not None and all(len(one.pieces) == 1 for one in chains)
 
     def chained(self, group: Group) -> tuple[Chain, ...] | None:
         """The components of members that follow from one another; None if they do not."""

@@ -44,7 +44,8 @@ class Given:
         """Members of families of particles: the loops through them, where they are, and their masses."""
         spec = self.spec
         for family in grouped(spec.embedding, particle_families(spec)):
-            for kind in self.kinds(family, spec.embedding):
+            follows = self.builder.follows(group_of(family, spec.embedding))
+            for kind in self.kinds(family, spec.masses if follows else spec.embedding):
                 mass = self.elsewhere(kind, family, spec.masses)
                 where = self.elsewhere(kind, family, spec.embedding)
                 for loops, (place, (own,)) in self.values(kind, where, mass):
@@ -70,14 +71,7 @@ class Given:
     ) -> Callable[[Frame], Any]:
         """What builds what is written elsewhere of the members of a kind, and of others."""
         group = group_of(particle_families(self.spec).get(family.name, family), given)
-
-        def build(frame: Frame) -> Any:
-            known = {**self.spec.sizes, **frame.arrays}
-            return self.builder.of_group(
-                group, kind.indices, [one.value(known) for one in kind.indices], frame
-            )
-
-        return build
+        return self.builder.among(group, kind)
 
     def parts(self, expression: sympy.Expr, base: str, around: Sequence[Loop] = ()) -> Iterator[Part]:
         """The derivatives of an expression within loops by the members of a family."""

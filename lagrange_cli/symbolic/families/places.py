@@ -10,7 +10,7 @@ import sympy
 
 from lagrange_cli.expression.syntax import Binary, Tree
 from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, COMPONENTS, VELOCITY_COMPONENTS
-from lagrange_cli.families.groups import Group, particle_families
+from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.families.chains import WrittenChains, shortened, together
@@ -70,10 +70,10 @@ class WrittenPlaces(WrittenChains):
     def place(self, group: Group) -> Place | None:
         """Where the particles of a group are, if that has a name."""
         name = group.family.name
-        own = self.groups.get(name)
-        if not self.naming or own is None or name not in particle_families(self.spec):
+        if not self.naming or name not in particle_families(self.spec):
             return None
-        if len(own.trees) != len(group.trees) or any(a is not b for a, b in zip(own.trees, group.trees)):
+        own = self.own(group)
+        if own is not self.groups.get(name) or any(own is growing for growing, _ in self._growing):
             return None
         if name not in self._asked:
             self._asked.add(name)
@@ -87,11 +87,13 @@ class WrittenPlaces(WrittenChains):
         return self.places.get(name)
 
     def named_place(self, group: Group) -> Place | None:
-        """The same of a group whose members are all written alike, with sums."""
-        if not group.family.shape or len(group.trees) > 1:
+        """The same of a group whose members are all written alike, with sums, or are one."""
+        family = group.family
+        alike = group_of(family, self.spec.masses) if self.follows(group) else group
+        if not family.shape or len(alike.trees) > 1:
             return None
-        (kind,) = self.of_family(group)
-        found = [*self.kinds(kind.loops, kind.frame, self.building(kind.tree))]
+        (kind,) = self.of_family(alike)
+        found = [*self.kinds(kind.loops, kind.frame, self.among(group, kind))]
         if len(found) != 1 or len(kind.loops) != len(group.family.shape):
             return None
         value = found[0][1]

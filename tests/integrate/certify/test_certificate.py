@@ -184,7 +184,7 @@ def test_what_a_companion_has_not_reached_is_not_known(missing: int) -> None:
     np.testing.assert_array_equal(found, [[1, np.inf, np.inf]] * 2)
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.45)
 def test_the_run_ends_where_the_target_is_missed_and_not_before() -> None:
     plain, whole = certified(HENON_HEILES, 400.0, 4001)
     cut, outcome = certified(HENON_HEILES, 400.0, 4001, target=1e-12)

@@ -64,7 +64,7 @@ def test_multipliers_and_reactions_of_the_cartesian_pendulum():
         assert np.array_equal(samples, data[path])
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("e", [0.0, 1e-12, 1e-6])
 def test_a_small_difference_of_large_forces_has_their_rounding(e: float):
     """A force that is almost along a wire (a, b): R = lambda (a, b) with lambda = -e exp(-t/1000). It is what
@@ -92,7 +92,7 @@ def test_companions_take_part_in_actions_on_parameters():
     assert np.max(data[FOLDER + "multipliers/floor"]) < 1e-14
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_larger_systems_have_companions():
     """Their saddle-point matrices are factored by a function that all kinds of numbers share."""
     data, _ = certified("rolling_disc", 1.0, 11, outputs=("q", "v", "multipliers"))

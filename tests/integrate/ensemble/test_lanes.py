@@ -118,7 +118,7 @@ def times_of(stop, count=9, start=0.0):
     return Times(start, stop, count, (stop - start) / (count - 1))
 
 
-@pytest.mark.exhaustive(keep=0.6)
+@pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize(
     ("name", "sense"),
     [*((name, 1) for name in SMOOTH), ("driven_damped_pendulum", -1), ("central_force", -1)],
@@ -333,7 +333,7 @@ def test_it_stops_when_told_and_says_what_has_ended(name):
     assert all(state.tobytes() in known for state in many.state[complete])
 
 
-@pytest.mark.exhaustive(keep=0.35)
+@pytest.mark.exhaustive(keep=0.25)
 def test_an_error_of_whoever_takes_members_stops_all():
     class Full(Exception):
         pass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.stepper import Stepper
@@ -18,6 +19,7 @@ potential: exp(-abs(x - 0.5148)*463)
 """
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_a_corner_that_is_far_is_not_what_stops_a_motion():
     """Nothing of the barrier is felt at first."""
     machine = prepared(BARRIER, tolerance=2.0**-104, precision=DOUBLE_DOUBLE).machine

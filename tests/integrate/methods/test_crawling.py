@@ -79,6 +79,7 @@ def test_before_it_the_motion_is_complete(few):
     assert main(["solve", "shaken.yaml", "--stop", "0.9995", "--outputs", "q"]) == 0
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_so_do_members_of_a_sweep(few, capsys):
     assert main(["sweep", "shaken.yaml", "--stop", "1.5", "--over", "a=1,2", "--jobs", "1"]) == 4
     told = REACHED.replace("shaken: ", "shaken: 1 of 2 members failed; member 0 (a = 1): ")

@@ -81,6 +81,7 @@ def test_both_forms_of_the_polynomials_are_the_same() -> None:
         assert product == (n == k)
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_errors_at_the_end_fall_with_a_high_power_of_the_steps() -> None:
     """The 15th at the nodes' limit; here of so few steps that rounding is not seen."""
     errors, steps = [], []
@@ -133,6 +134,7 @@ def test_it_takes_two_rounds_of_evaluations_a_step() -> None:
     assert 15 <= outcome.evaluations / outcome.steps < 17
 
 
+@pytest.mark.exhaustive(keep=0.6)
 def test_a_kink_is_approached_and_passed() -> None:
     """|x| as a root: a fall from 1 takes sqrt(2) to the kink, and as long beyond it."""
     text = "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - sqrt(x**2)\n"
@@ -142,6 +144,7 @@ def test_a_kink_is_approached_and_passed() -> None:
     assert motion["v/x"][-1] == pytest.approx(math.sqrt(2), abs=1e-12)
 
 
+@pytest.mark.exhaustive(keep=0.65)
 def test_one_program_serves_one_tolerance() -> None:
     assert prepared("pendulum", "ias15").machine.program.carried > 0
     assert prepared("pendulum").machine.program.carried == 0

@@ -96,7 +96,7 @@ def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
     assert bytes_of(spec, again, 100.0) == plain
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.25)
 def test_quick_code_from_the_cache_is_improved_as_well(tmp_path, monkeypatch):
     spec = read_spec((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml")
     cache = Cache(str(tmp_path))

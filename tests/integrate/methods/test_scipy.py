@@ -71,7 +71,7 @@ def test_rates_are_what_the_taylor_method_starts_with() -> None:
     assert list(compiled.rates(0.0, y)[:2]) == list(values.v)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "system", ["double_pendulum", "driven_damped_pendulum", "gauge_oscillator", "charged_particle"]

@@ -120,6 +120,7 @@ def test_looking_for_it_costs_little(case):
     assert work.spent - before < 60_000
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_tufillaros_integral():
     """N. Tufillaro, J. Physique 47, 1495, 1986: r^2 th_dot (r_dot cos(th/2) - r/2 th_dot sin(th/2))
     + g r^2 sin(th/2) cos(th/2)^2, up to a factor."""
@@ -131,6 +132,7 @@ def test_tufillaros_integral():
     assert is_zero(one.node + 2.0 * m * residual.model.observables["published"])
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_the_reason_says_where_the_particle_is():
     found = found_in(text_of("r th", ATWOOD.format(M="3*m")))
     assert found["A_y"].conserved.because.endswith(

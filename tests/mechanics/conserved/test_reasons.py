@@ -64,7 +64,7 @@ def test_a_shift_of_time() -> None:
     assert [*found.values()] == ["a shift of t leaves the action unchanged"]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.4)
 def test_what_constraints_on_velocities_keep_makes_nothing_new() -> None:
     """The turning of a carriage is constant, and so is its angle less that of its wheels; not told is their
     product."""
@@ -96,7 +96,7 @@ potential: {}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.8)
 @pytest.mark.parametrize(("potential", "names"), [("0", set()), ("-k/norm(p - P)", {"A_x", "A_y"})])
 def test_the_runge_lenz_vector_is_that_of_a_force(potential: str, names: set[str]) -> None:
     """Without a force v x L is made of conserved v and L, which are said already."""

@@ -678,7 +678,7 @@ def test_what_is_conserved_but_for_a_total_time_derivative(case):
         np.testing.assert_allclose(motion[f"diagnostics/conserved/{name}"], expected, rtol=0, atol=1e-10)
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.5)
 def test_they_are_given_in_formulas_and_words():
     def told(text):
         residual = residual_of(started(text))
@@ -835,7 +835,7 @@ BLOCKS = {
 }
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=0.7)
 @pytest.mark.parametrize("case", BLOCKS)
 def test_coefficients_may_be_functions_of_parameters(case):
     """What is found holds for all values of the parameters."""

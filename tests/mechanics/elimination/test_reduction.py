@@ -134,7 +134,7 @@ def test_differences_of_coefficients_are_not_divided_by():
     assert len(found.after.dependent) == 1 and len(found.after.multipliers) == 1
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 def test_check_says_it(tmp_path):
     (tmp_path / "gears.yaml").write_text(GEARS)
     (tmp_path / "train.yaml").write_text(TRAIN)

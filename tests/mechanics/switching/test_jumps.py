@@ -86,6 +86,7 @@ RUSH = "has a time at which velocities are infinite"
 KINK, JUMP = "has a kink, where velocities jump and the force is infinite", "has a jump, where the force is"
 
 
+@pytest.mark.exhaustive(keep=7)
 @pytest.mark.parametrize(
     ("position", "constraint", "message"),
     [

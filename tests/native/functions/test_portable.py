@@ -69,7 +69,7 @@ ANGLES = st.floats(-1e300, 1e300) | st.floats(-30, 30) | st.integers(1, 10**25).
 @example(6381956970095103.0 * 2.0**797)  # the double that is nearest to a multiple of pi/2
 @example(sys.float_info.max)
 @example(2.0**20)
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=0.65)
 @examples(75)
 def test_angles(name: str, x: float) -> None:
     check(name, x)
@@ -77,7 +77,7 @@ def test_angles(name: str, x: float) -> None:
 
 @pytest.mark.parametrize("name", ["asin", "acos"])
 @given(st.floats(-1, 1))
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @examples(50)
 def test_inverse_functions(name: str, x: float) -> None:
     check(name, x)
@@ -91,7 +91,7 @@ def test_the_arc_tangent(x: float) -> None:
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.floats(allow_nan=False, allow_infinity=False))
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.85)
 @examples(100)
 def test_the_angle_of_a_point(y: float, x: float) -> None:
     if (x, y) != (0.0, 0.0) and abs(float(EXACT["atan2"](MP.mpf(y), MP.mpf(x)))) > sys.float_info.min:
@@ -100,7 +100,7 @@ def test_the_angle_of_a_point(y: float, x: float) -> None:
 
 @pytest.mark.parametrize("name", ["exp", "sinh", "cosh", "tanh"])
 @given(st.floats(-709, 709) | st.floats(-1, 1))
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @examples(75)
 def test_exponentials(name: str, x: float) -> None:
     check(name, x)
@@ -115,7 +115,7 @@ def test_the_logarithm(x: float) -> None:
 
 @given(st.floats(0, exclude_min=True, allow_infinity=False), st.floats(-50, 50))
 @example(6.496498093393153e307, 0.999)  # beyond e^708
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.65)
 @examples(100)
 def test_powers(x: float, y: float) -> None:
     if abs(MP.log(EXACT["pow"](MP.mpf(x), MP.mpf(y)), 2)) < 1022:

@@ -46,7 +46,7 @@ def solver(band: Banded, parts: int) -> Callable[[np.ndarray, np.ndarray], np.nd
     return solution
 
 
-@pytest.mark.exhaustive(keep=14)
+@pytest.mark.exhaustive(keep=11)
 @pytest.mark.parametrize("parts", [1, 2], ids=["real", "complex"])
 @pytest.mark.parametrize(("size", "reach"), SHAPES)
 def test_solutions_are_those_of_lapack(size: int, reach: int, parts: int) -> None:

@@ -80,6 +80,7 @@ def test_what_was_put_in_comes_out(name, size, unrolled, level):
             assert abs(sum(terms) - wanted) <= 64 * size * unit * float(sum(map(abs, terms)) + abs(wanted))
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("size", [1, 3, 5, 13])
 def test_definite_blocks(name, size):

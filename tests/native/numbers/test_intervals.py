@@ -113,7 +113,7 @@ SYSTEMS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_coefficients_of_doubles_lie_in_their_enclosures(name: str) -> None:
     system = SYSTEMS[name]

@@ -115,6 +115,7 @@ def test_values_lie_in_the_disks(size):
                     assert abs(one) >= least * (1 - 2**-40), (text, centres, lane)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     ("text", "centre", "share", "bound"),
     [

@@ -114,7 +114,7 @@ def deviation(found: np.ndarray, known: list[mpmath.mpf]) -> float:
     return float(max(differences) / max(abs(c) * step**m for m, c in enumerate(known)))
 
 
-@pytest.mark.exhaustive(keep=0.75)
+@pytest.mark.exhaustive(keep=0.4)
 @pytest.mark.parametrize("form", FORMS)
 def test_coefficients_of_a_function(form: str) -> None:
     forces = [form.replace("{}", f"({argument})") for argument in ARGUMENTS]
@@ -128,7 +128,7 @@ def test_coefficients_of_a_function(form: str) -> None:
             assert deviation(row, known) < 2e-15, force
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("form", FORMS)
 def test_bead_on_a_wire_of_this_shape(form: str) -> None:
     """(1 + f'^2) x'' + f' f'' x'^2 + g f' = 0 for a bead on z = f(x).

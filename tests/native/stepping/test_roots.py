@@ -36,7 +36,7 @@ def first_root() -> First:
     return first
 
 
-@pytest.mark.exhaustive(keep=9)
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("seed", range(20))
 def test_no_root_is_missed(first_root, seed):
     """Up to seven real roots, many of them close together, and complex ones near the step."""

@@ -104,6 +104,7 @@ def test_a_unit_that_is_not_known_may_be_another_name():
     assert conflict.hint == "unknown unit 'Foo': write it in terms of others"
 
 
+@pytest.mark.exhaustive(keep=0.75)
 @settings(max_examples=30, deadline=None)
 @given(
     st.randoms(use_true_random=False), st.lists(st.sampled_from(["m", "s", "N/mm", "deg", "?", "rad", "1"]))

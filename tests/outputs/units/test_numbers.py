@@ -171,7 +171,7 @@ def formulas() -> st.SearchStrategy[str]:
     return st.recursive(atom, grown, max_leaves=6)
 
 
-@pytest.mark.exhaustive(keep=0.45)
+@pytest.mark.exhaustive(keep=0.35)
 @settings(max_examples=30, deadline=None)
 @given(st.lists(formulas(), min_size=1, max_size=5), st.integers(0, 99))
 def test_no_formula_has_a_unit_that_is_false(texts, seed):

@@ -49,7 +49,7 @@ def test_tables_are_apart_from_parameters() -> None:
     assert "x[a[" in str(data["equations"])
 
 
-@pytest.mark.exhaustive(keep=0.8)
+@pytest.mark.exhaustive(keep=0.5)
 def test_sympy_has_indices_of_indices() -> None:
     equations = printed(network([(1, 0), (2, 1)], 3, "lists")).equations
     assert equations.U is not None

@@ -104,6 +104,7 @@ def test_what_is_wrong_is_found() -> None:
     assert small.equations.changing == () and small.equations.conserved[0].quantity == "h"
 
 
+@pytest.mark.exhaustive(keep=0.8)
 def test_a_thousand_sleighs_take_a_line_each() -> None:
     spec = read_spec(SLEIGHS, "system.yaml", {"N": "1000"})
     derived = derive_printed(spec, "lagrange")

@@ -16,7 +16,7 @@ from tests.symbolic.families.test_chains import holds, lines_of
 pytestmark = pytest.mark.usefixtures("however_small")
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("masses", MASSES)
 @pytest.mark.parametrize("angles", ANGLES)
 def test_what_is_printed_is_what_the_file_says(angles: str, masses: str, pytestconfig: pytest.Config) -> None:
