@@ -45,7 +45,8 @@ class Events:
     rate. ``values`` is what actions set, each at the place that ``changed`` has for it (among coordinates,
     velocities and parameters) behind the number of its event (2, values).
     ``simple`` says whose actions are (see ``native.stepping.actions``), and ``affected`` pairs of these
-    and those whose arguments they change. ``impacts`` are those that reduce the speed.
+    and those whose arguments they change. After some simple ones constraints have impulses: ``pushing``.
+    ``impacts`` are those that reduce the speed.
     """
 
     directions: Places
@@ -59,6 +60,17 @@ class Events:
     keeps_energy: bool
     """Whether no action changes it."""
     impacts: Impacts | None = None
+    pushing: NDArray[np.bool_] | None = None
+
+    def simple_in(self, parts: int, scheme: str) -> Events:
+        """The same where numbers have so many ``parts``, or a ``scheme`` takes steps: simple actions set
+        doubles, and impulses follow where there are series."""
+        if parts == 1 and not (scheme and self.pushing is not None):
+            return self
+        left = self.simple if parts > 1 or self.pushing is None else self.pushing
+        simple = self.simple & ~left
+        affected = tuple(one for one in self.affected if simple[one[0]])
+        return replace(self, simple=simple, affected=affected, pushing=None)
 
     @property
     def count(self) -> int:

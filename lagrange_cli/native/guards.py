@@ -51,6 +51,8 @@ on."""
 SAMPLE, AFTER = Clock.LEAVING, -1.0
 """Where it has the number of samples before it; and the number of the record that follows, of the state after
 a simple action."""
+DONE, LEFT = 1, 0
+"""The results of functions that do what an event does: it is done, or left to the caller."""
 BESIDE = 3
 """Rows that a guard has where something jumps."""
 
@@ -148,6 +150,9 @@ class GuardRows:
     reached: tuple[tuple[int, int], ...] = ()
     """Guards of impacts that act on one another, each with the coordinates on which it depends: an action is
     simple only while no other one touches that depends on what it sets."""
+    joined: tuple[int, ...] = ()
+    """For each coordinate one of those that constraints couple with it, the same of all of these, if
+    constraints have impulses after simple actions."""
 
     @property
     def count(self) -> int:

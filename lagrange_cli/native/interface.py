@@ -83,7 +83,8 @@ class Interface:
     actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
     events: a simple action, and what it changes the argument of. ``reached`` are the coordinates on which
     impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these
-    where nothing else touches. ``@act`` computes new values, two sizes of
+    where nothing else touches; where constraints have impulses then, ``joined`` has for each coordinate one
+    of those that they couple with it, and ``reached`` these. ``@act`` computes new values, two sizes of
     each event's argument, and the ``masses`` that actions change, of these particles. ``@constrain``
     computes so many ``constraints``, their rates, and the entries of the matrix of the equations that
     ``pattern`` names; only where an action may leave the constraints.
@@ -110,6 +111,7 @@ class Interface:
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
     reached: tuple[tuple[int, int], ...]
+    joined: tuple[int, ...]
     masses: tuple[str, ...]
     constraints: int
     pattern: tuple[tuple[int, int], ...]
@@ -195,8 +197,9 @@ class Interface:
         bounces = tuple((switches + e, rest) for e, rest in held) if self.bounces else ()
         reached = tuple((switches + e, place) for e, place in self.reached)
         return GuardRows(
-            first, arguments, tuple(made), len(self.parameters), changed, affected, bounces, reached
-        )
+            first, arguments, tuple(made), len(self.parameters), changed, affected, bounces, reached,
+            self.joined,
+        )  # fmt: skip
 
     @cached_property
     def places(self) -> Any:
@@ -218,9 +221,12 @@ class Interface:
     @property
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
-        series ahead, and what parts of steps need."""
-        return self.records + (
-            self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0
+        series ahead, and what parts of steps need; records of events, what ``@act`` gives, and rates of
+        contacts' arguments. The last one is the length of a step, where impacts at one time are followed."""
+        return (
+            self.records
+            + (self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0)
+            + (len(self.bounces) + 1 if self.joined else 0)
         )
 
     @property

@@ -210,6 +210,7 @@ def interface_of(
         changed=changed,
         affected=affected,
         reached=(),
+        joined=(),
         masses=tuple(masses_of(model)) if steps.any else (),
         constraints=len(observing.multipliers),
         pattern=tuple((j, k) for j, row in enumerate(entries) for k in row),

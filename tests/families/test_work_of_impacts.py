@@ -149,10 +149,79 @@ def test_an_impact_of_a_rope_looks_at_few_states(
     count: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The one before and the one after, as long as bobs do not rest, however many there are."""
-    keep_families(monkeypatch, whole=True)
+    """The one before and the one after, as long as bobs do not rest, however many there are, where the caller
+    carries it out."""
+    by_caller(monkeypatch)
     text = (BOBS + FLOOR).format(count=count, e=0.8)
     assert per_impact(text, 0.7, *what(monkeypatch), monkeypatch) <= most
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(("e", "stop", "share"), [(0.8, 0.7, 0.0), (0.4, 1.0, 0.6), (0.0, 0.7, 0.6)])
+def test_compiled_code_does_impacts_of_ropes(
+    e: float, stop: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the impulses of rods: all of them until bobs rest, and then most of those at one time. Motions are
+    those of impacts done one by one."""
+    keep_families(monkeypatch, whole=True)
+    text = (BOBS + FLOOR).format(count=12, e=e)
+    acted = counted(Happenings, "_act", monkeypatch)
+    found = followed(ready(text), text, stop)
+    count, left = len(found["events/hit/t"]), len(acted)
+    assert count > 10 and left <= share * count
+    by_caller(monkeypatch)
+    expected = followed(ready(text), text, stop)
+    assert len(acted) - left == len(expected["events/hit/t"])
+    for path in ("q/x", "q/y", "v/x", "v/y"):
+        assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-33, path
+
+
+EDGE = """
+nonholonomic: {"edge[i in range(2)]": "x_dot[3*i]*sin(0.3 + x[3*i]/5) - y_dot[3*i]/10 + y_dot[3*i + 1]/5"}
+constraints:"""
+WALL = """
+  "wall[i in range(N)]":
+    {when: "x[i] - N - 0.3", direction: rising, action: {set: {"x_dot[i]": "-x_dot[i]/3"}}}
+"""
+JOINED: dict[str, Callable[[str], str]] = {
+    "rods that grow": lambda text: text.replace("- 1 - r*", "- 1 - 0.2*sin(3*t) - r*"),
+    "a moving floor": lambda text: text.replace('"y[i]", dir', '"y[i] - 0.1*sin(5*t)", dir').replace(
+        '"-0.3*y_dot[i]"', '"-0.3*y_dot[i] + 0.65*cos(5*t)"'
+    ),
+    "a wall": lambda text: text + WALL,
+    "edges": lambda text: text.replace("constraints:", EDGE),
+}
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize("case", JOINED)
+def test_impulses_of_compiled_code_are_those_of_the_caller(
+    case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two routes: elimination in compiled code, and least squares of the whole matrix."""
+    keep_families(monkeypatch, whole=True)
+    text = JOINED[case]((BOBS + FLOOR).format(count=9, e=0.3))
+    acted = counted(Happenings, "_act", monkeypatch)
+    found = followed(ready(text), text, 0.6)
+    left = len(acted)
+    by_caller(monkeypatch)
+    expected = followed(ready(text), text, 0.6)
+    assert left < 0.8 * (len(acted) - left)
+    for path in ("q/x", "q/y", "v/x", "v/y"):
+        assert np.max(np.abs(found[path] - expected[path])) <= 2.0**-33, path
+
+
+@pytest.mark.exhaustive(keep=0.5)
+def test_ropes_that_are_not_joined_do_not_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bobs of a rope may rest while another one falls, whose impacts are done by compiled code."""
+    keep_families(monkeypatch, whole=True)
+    rods = "i in range(1, N)"
+    text = (BOBS + FLOOR).format(count=12, e=0.5).replace(rods, f"{rods} if i != 6")
+    text = text.replace('"1 + 0.3*sin(i)"', '"where(i < 6, 0, 0.4 + 0.03*sin(i))"')
+    acted = counted(Happenings, "_act", monkeypatch)
+    found = followed(ready(text), text, 0.4)
+    assert len(found["events/hit/t"]) > 3 and not acted
+    assert np.all(found["q/y"][-1][:6] == 0.0)
 
 
 @pytest.mark.exhaustive(keep=0.25)

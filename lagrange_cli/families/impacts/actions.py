@@ -110,14 +110,31 @@ def with_actions(
         simple[acting[(places < n) | (places >= 2 * n)]] = False
     elif contacts is not None:
         simple[disturbing(events, contacts, n)] = False
+    pushing = np.zeros(events.count, dtype=bool)
     if bound is not None:
-        simple[pushed(events, bound, n)] = False
+        pushing[pushed(events, bound, n)] = True
+        if not (isinstance(contacts, Coupled) and alone(events, contacts, read, n)):
+            simple[pushing] = False
     every = np.ones(events.count, dtype=bool)
     speeds = bool(np.all((places >= n) & (places < 2 * n)))
     lossless = states.reversed if bound is not None else lambda: states.lossless(masses)
     keeps = speeds and bool(states.judge(lossless, every).all())
     affected = affected_by(simple, pairs)
-    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
+    found = replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
+    return replace(found, pushing=simple & pushing)
+
+
+def alone(events: Events, contacts: Coupled, read: Reading, n: int) -> bool:
+    """Whether each action is an impact that sets the velocities of all coordinates on which its argument
+    depends, and no argument depends on velocities: impulses of constraints leave the speed of the impact as
+    it was set, and change no argument."""
+    acting, places = events.changed
+    if np.any((read.places >= n) & (read.places < 2 * n)) or np.any(read.wide[n : 2 * n]):
+        return False
+    own = [one for one in contacts.bonds.bounds if one.numbers[0] >= contacts.fixed]
+    needed = [contacts.events[one.numbers - contacts.fixed] * n + rows for one in own for rows in one.rows]
+    whole = bool(np.isin(np.concatenate(needed), acting * n + places - n).all())
+    return whole and bool(np.isin(acting, contacts.events).all())
 
 
 def on_joints(

@@ -66,7 +66,7 @@ class Happenings:
         self._sides, self._trial, self._info, self._start = sides, trial, info, start
         self._program, self._layout, self._guards = sides.program, sides.layout, sides.guards.guards
         self._names = sink.names or tuple(map(str, range(len(sides.program.events))))
-        self._sink, self._resting = sink, Resting(sides, start)
+        self._sink, self._resting = sink, Resting(sides, start, trial)
         self._standstill = Standstill(sides, self._resting)
         self._count, self._most = sink.before, limit("events")
         self._jumping = jumping
@@ -122,6 +122,7 @@ class Happenings:
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
         self._resting.released = {int(one) for one in self._resting.at_once.restore(state)}
+        self._resting.length()
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""

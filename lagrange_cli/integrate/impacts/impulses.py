@@ -15,6 +15,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import at_one_state, largest_of
 from lagrange_cli.integrate.impacts.sparse_impulses import ENOUGH
+from lagrange_cli.native.guards import DONE
 from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
@@ -62,11 +63,15 @@ class Impulses:
         self._settling, self._memory = settling, settling.memory
         self._program, self._layout = settling.machine.program, settling.machine.program.inner
 
-    def close(self, state: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
-        """Go on from a ``state`` at ``rows`` of the memory whose rows ``changed`` are to stay as they are;
-        whether that leads to the constraints."""
+    def close(self, event: int, rows: NDArray[np.intp], sets: Sequence[tuple[int, int]]) -> bool:
+        """Go on from the state at ``rows`` of the memory, where what the action of an ``event`` has set, the
+        numbers and places ``sets``, is to stay as it is; whether that leads to the constraints."""
+        changed = {place for _, place in sets}
         if self._settling.machine.project is None or self._untouched(changed):
             return True
+        if self._pushed(self._memory, event, sets):
+            return True
+        state = self._memory[rows]
         degrees = self._program.degrees
         high = state[: self._program.rows].copy()
         speeds = all(degrees <= row < 2 * degrees for row in changed)
@@ -81,14 +86,32 @@ class Impulses:
             self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
         return self._met(state, high) and self._polished() and self._stay(state[:degrees], rows, changed)
 
-    def impulse(self, state: Array, changed: Collection[int]) -> Array:
-        """The changes of velocities by forces of constraint after those of the rows ``changed`` of a
-        ``state`` were set, but for rounding."""
-        n = self._program.degrees
+    def impulse(self, state: Array, event: int, sets: Sequence[tuple[int, int]]) -> Array:
+        """The changes of velocities by forces of constraint in a ``state`` in which some were set as by the
+        action of an ``event``, but for rounding."""
+        n, changed = self._program.degrees, {place for _, place in sets}
         if self._settling.machine.project is None or self._untouched(changed):
             return np.zeros(n)
+        if self._settling.machine.push is not None:
+            memory = self._memory.copy()
+            memory[: 2 * n] = state[: 2 * n]
+            if self._pushed(memory, event, sets):
+                found: Array = memory[n : 2 * n] - state[n : 2 * n]
+                return found
         free = [row - n for row in range(n, 2 * n) if row not in changed]
         return self._step(state[: self._program.rows], 1, free)
+
+    def _pushed(self, memory: Array, event: int, sets: Sequence[tuple[int, int]]) -> bool:
+        """Whether compiled code gives a state its impulses after the action of an ``event``, to the last
+        digit."""
+        program, push = self._program, self._settling.machine.push
+        if push is None or not all(program.degrees <= place < 2 * program.degrees for _, place in sets):
+            return False
+        values, speeds = np.empty(len(program.changed)), np.empty(len(program.bounces))
+        for number, place in sets:
+            values[number] = memory[place]
+        arrays = self._settling.constants, memory, values, speeds
+        return bool(push(*(one.ctypes.data for one in arrays), event) == DONE)
 
     def _met(self, state: Array, high: Array) -> bool:
         """Whether a state that was moved far satisfies constraints much better: Newton's method may end where

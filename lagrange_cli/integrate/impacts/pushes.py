@@ -60,7 +60,7 @@ class Pushes:
         own += SLOWLY * self._usual / length * towards
         change[which] = sides.act_on(state)[0][0, places[:, 0]] - own[which]
         own[:] = self._now + change
-        change += self._impulses.impulse(state, (n + which).tolist())
+        change += self._impulses.impulse(state, event, sides.sets[event])
         return change if np.isfinite(change).all() else None
 
     def coupled(self, chosen: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array, Array]:

@@ -52,8 +52,10 @@ class Impact:
 class Resting:
     """The contacts of a motion that begins at ``start``."""
 
-    def __init__(self, sides: Sides, start: float) -> None:
+    def __init__(self, sides: Sides, start: float, trial: Array) -> None:
         self._sides, self._start = sides, start
+        self._shared = trial[sides.program.trial - 1 :] if sides.program.joined else np.zeros(1)
+        """The length of the last step, which compiled code knows where it does impacts at one time."""
         rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
         self.impacts = sides.program.slowing.keys()
         """The events that are impacts which reduce the speed."""
@@ -82,7 +84,9 @@ class Resting:
 
     def length(self) -> float:
         """The length of the last step."""
-        return self.at_once.length(float(self._sides.memory[self._sides.layout.at(Clock.STEP)]))
+        now = float(self._sides.memory[self._sides.layout.at(Clock.STEP)])
+        self._shared[0] = self.at_once.length(now or float(self._shared[0]))
+        return float(self._shared[0])
 
     def noise(self) -> Array:
         """Up to which rates events' arguments are at rest."""

@@ -239,8 +239,7 @@ class Sides:
 
     def close(self, event: int) -> bool:
         """Let the forces of constraint act after an action; whether that leads to the constraints."""
-        changed = {place for _, place in self.sets[event]}
-        return Impulses(self.settling).close(self.state(self.memory), self.outer, changed)
+        return Impulses(self.settling).close(event, self.outer, self.sets[event])
 
     def begin_anew(self) -> None:
         """Forget what was known of the motion before: momenta follow from velocities."""

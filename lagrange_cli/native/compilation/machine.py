@@ -57,6 +57,7 @@ class Machine:
     act: Callable[..., None] | None
     project: Callable[..., None] | None
     constrain: Callable[..., None] | None
+    push: Callable[..., int] | None
     advance: Callable[..., int] | None
     accelerate: Callable[..., int]
     follow: Callable[..., None] | None
@@ -123,6 +124,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         act=function("act", None, *at_samples),
         project=function("project", None, pointer, pointer),
         constrain=function("constrain", None, *at_samples),
+        push=function("push", integer, *[pointer] * 4, integer),
         advance=function("advance", integer, *advance),
         accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
         follow=function("follow", None, *follow) if program.lanes else None,

@@ -23,6 +23,7 @@ from lagrange_cli.native.families.constraints.equations import (
     moves_of,
     tables_of,
 )
+from lagrange_cli.native.families.constraints.impulses import Impulses
 from lagrange_cli.native.families.constraints.matrix import MatrixOfConstraints
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.constraints.sticking import Sticking
@@ -91,9 +92,8 @@ class Arrangement:
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count
-        self.events = system.events if stepping else None
-        if self.events is not None and kind.parts > 1:  # simple actions set doubles
-            self.events = replace(self.events, simple=np.zeros_like(self.events.simple), affected=())
+        acting = system.events if stepping else None
+        self.events = acting and acting.simple_in(kind.parts, scheme)
         self.modes = system.modes
         followed = [one.arguments for one in (self.modes, self.events) if one is not None]
         guards = sum(one.count for one in followed)
@@ -148,6 +148,9 @@ class Arrangement:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         bound = self.motion is not None and system.bonds is not None
         self.moves = moves_of(system, self.lasting, lasts=lasts) if bound and stepping else None
+        self.impulses: Impulses | None = None
+        if self.events is not None and self.events.pushing is not None and self.events.pushing.any():
+            self.impulses = Impulses(system, self.lasting)
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
         if self.balance is not None or system.coupled_masses is not None:

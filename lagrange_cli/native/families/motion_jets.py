@@ -37,7 +37,8 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.records import replace
 
 MANY = 256
-"""Contacts from which on a function for a few coefficients pays, although its code takes time to compile."""
+"""Contacts and constraints from which on a function for a few coefficients pays, although its code takes time
+to compile."""
 
 
 class MotionJets(Preparation):
@@ -79,7 +80,7 @@ class MotionJets(Preparation):
         ``AT_ONCE``, computes no more coefficients than these."""
         plain = self.order > FOUND and not self.scheme and self.kind is DoubleVectors
         mixed = self.closure or self.balance or self.sticking or self.motion
-        many = isinstance(self.motion, ContactRestraint) and self.motion.contact.count >= MANY
+        many = isinstance(self.motion, ContactRestraint) and self.motion.count >= MANY
         return plain and (many or (not mixed and self.modes is not None))
 
     def rates_alone(self, name: str) -> Jet:

@@ -80,7 +80,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=() if self.modes is None else tuple(self.modes.vectors),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
-            affected=self.events.affected if self.events else (), reached=self.reached(), masses=(),
+            affected=self.events.affected if self.events else (), reached=self.reached(),
+            joined=self.joined, masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count,
             pattern=self.pattern,
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -228,8 +229,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
         return Given(
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
-            project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
-            alone=bool(self.own_actions.loops), coupled=self.together, static=self.static(),
+            project=self.projection() + self.push(), timed=not self.system.steady, floors=floors,
+            jointed=self.system.mixed, alone=bool(self.own_actions.loops),
+            coupled=self.together, static=self.static(),
             directions="" if self.scheme else allow_directions(self, interface.inner),
         )  # fmt: skip
 
@@ -265,7 +267,10 @@ class FamilyProgram(Returning, Observation, MotionJets):
             for rows in one.rows
             if one.numbers[0] >= contact.fixed
         ]
-        return tuple(zip(*np.concatenate(pairs, axis=1).tolist()))
+        guards, rows = np.concatenate(pairs, axis=1)
+        if self.joined:
+            guards, rows = np.unique([guards, np.array(self.joined)[rows]], axis=1)
+        return tuple(zip(guards.tolist(), rows.tolist()))
 
     def shared(self) -> str:
         """The functions by which threads share work, if they do; their board is the next array."""

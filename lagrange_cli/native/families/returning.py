@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.families.constraints.moves import MovesTogether
+from collections.abc import Sequence
+
+from lagrange_cli.families.arrays import Array
+from lagrange_cli.native.families.constraints.impulses import HEAD as PUSHES
+from lagrange_cli.native.families.constraints.impulses import Impulse, Impulses
+from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
 from lagrange_cli.native.families.constraints.projection import Projection
-from lagrange_cli.native.families.evaluation import LowParts, room
+from lagrange_cli.native.families.evaluation import Evaluation, LowParts, room
 from lagrange_cli.native.families.joints.closed import ClosedJet
 from lagrange_cli.native.families.joints.closed_projection import ClosedProjection, Residuals
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.projection import HEAD
 from lagrange_cli.records import replace
@@ -24,27 +30,45 @@ class Returning(AtRest):
             return self.closed_projection(self.residuals)
         if self.moves is None:
             return ""
-        f, layout = Function(HEAD), self.layout
-        vectors = self.kind(f)
+        evaluation, scratch = self.at_a_place(Function(HEAD), self.moves, self.moves.arrays)
+        return Projection(self.moves, evaluation, self.layout, self.tabled, self.factors, scratch).text()
+
+    @property
+    def joined(self) -> tuple[int, ...]:
+        """What constraints couple that have impulses after simple actions (``Interface.joined``)."""
+        return () if self.impulses is None else self.impulses.joined
+
+    def push(self) -> str:
+        """``@push``, if compiled code carries out impacts after which constraints have impulses; its arrays
+        are the next ones."""
+        if self.impulses is None or self.events is None:
+            return ""
+        evaluation, scratch = self.at_a_place(Function(PUSHES), self.impulses, self.impulses.arrays)
+        changed = self.events.changed
+        return Impulse(self.impulses, evaluation, self.layout, self.tabled, changed, scratch).text()
+
+    def at_a_place(
+        self, f: Function, moves: Moves | MovesTogether | Impulses, listed: Sequence[Array]
+    ) -> tuple[Evaluation, Pointer]:
+        """What computes totals of constraints at a state, with room for what is ``listed``; and room for
+        what solves with them."""
+        layout, vectors = self.layout, self.kind(f)
         base = self.scratch(vectors)
         q, v = f.pointer("%state"), f.place("%state", self.degrees, "double")
         state = {self.system.q: q, self.system.v: v}
         arrays = {array: vectors.in_state(place, layout.width) for array, place in state.items()}
-        for array in self.moves.arrays:
+        for array in listed:
             arrays[array] = vectors.place(base, self.size)
             self.size += room(array.count)
-        if isinstance(self.moves, MovesTogether):
-            arrays[self.moves.multipliers] = vectors.place(arrays[self.moves.moved], self.degrees)
+        if isinstance(moves, MovesTogether):
+            arrays[moves.multipliers] = vectors.place(arrays[moves.moved], self.degrees)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         lower = {array: f.place(place, layout.width, "double") for array, place in state.items()}
         parts = LowParts(lower, f.splat(low, LANES).name, evaluation.where)
-        written = Projection(
-            self.moves, replace(evaluation, low=parts), layout, self.tabled, self.factors,
-            vectors.place(base, self.size),
-        )  # fmt: skip
+        scratch = vectors.place(base, self.size)
         self.size += room(self.tabled.size)
-        return written.text()
+        return replace(evaluation, low=parts), scratch
 
     def closed_projection(self, residuals: Residuals) -> str:
         """The same of chains and trees."""

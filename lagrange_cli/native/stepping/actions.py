@@ -8,13 +8,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from itertools import accumulate
 
-from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
+from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.stepping.at_once import ROUNDING, AtOnce, Speeds
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
@@ -22,19 +24,14 @@ NOTHING = -1
 """In tables, of guards that are no impacts which reduce the speed, or have no contact."""
 ALONE = "act_alone"
 """The function that gives what one event's action sets, if there is one."""
+PUSH = "push"
+"""The function that sets what an event's action sets, and lets constraints act that have impulses then."""
 NOTE = "note"
 """The function that copies a state into a record."""
-DONE, LEFT = 1, 0
-"""The results of ``@change``: it is done, or left to the caller of ``@advance``."""
-ROUNDING = 2.0**-44
-"""A rate that is so small beside its terms is a rounding error."""
 SOON, SOONER = 2.0**-29, 2.0**-25
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
 tells, the caller decides whether the motion rests: the second where impacts act on one another, whose limit
 others change."""
-TOUCHING = 2.0**-34
-"""Up to this part of its terms an argument may be 0 at the same time as another one, but for what rounding
-does along a long way."""
 DOUBTFUL = 8.0
 """The height of a flight is known from values of the argument up to this factor, where rounding may hide
 it."""
@@ -92,7 +89,18 @@ class ActionCode:
             tables.append(table("touching", [*each]))
             tables.append(table("reached_first", [*starts]))
             tables.append(table("reached", [self.layout.degrees + place for _, place in listed]))
-        return [*tables, self._change().text()]
+            if self.rows.joined:
+                tables.append(table("moved", [self._moved(place) for _, place in self.rows.changed]))
+        own = [self.at_once.first(self._acted).text()] if self.rows.joined else []
+        return [*tables, *own, self._change().text()]
+
+    @property
+    def at_once(self) -> AtOnce:
+        """The code for impacts at one time."""
+        own = partial(self._own, name="changed", count=len(self.rows.changed))
+        return AtOnce(
+            self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j), self._behind_actions
+        )
 
     @property
     def more(self) -> str:
@@ -106,29 +114,40 @@ class ActionCode:
         f = Function(f"define internal i64 @change({given}) #0")
         rows, layout, j = self.rows, self.layout, Integer(f, "%j")
         state, info, left = f.pointer("%state"), f.pointer("%info"), f.count(LEFT)
-        results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
-        count, one = f.load_integer(info, RECORDED), f.count(1)
+        count = f.load_integer(info, RECORDED)
         with f.when(~(count + 1 < rows.records(layout))):
             f.give(left)
-        time = f.place(state, layout.time)
-        if self.alone and not rows.reached:
-            f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
-        else:
-            f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
+        results = self._acted(f, j)
         changed = "changed", len(rows.changed), j
         with self._own(f, *changed) as i, f.when(~(f.magnitude(f.load(results, i)) <= HUGE)):
             f.give(left)
+        known = None
         if rows.bounces:
-            if rows.reached:
-                self._leave_touching(f, j, results)
-            self._bounce(f, j, results)
+            if rows.joined:
+                known = self.at_once.speeds(f, j, results)
+            elif rows.reached:
+                with self.at_once.touching(f, j, results):
+                    f.give(left)
+            still = self._bounce(f, j, results, known)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
-        with self._own(f, *changed) as i:
-            place = f.load_integer("@changed_places", i)
-            f.store(f.load(results, i), state, place)
-            with f.when(place < 2 * layout.degrees):
-                f.store(f.constant(0.0), state, place + layout.width)
+        if known is not None:
+            speeds = f.place(results, self._behind_actions, "double")
+            arrays = f.pointer("%constants"), state, results, speeds
+            with f.when(f.call(Integer, PUSH, *arrays, j - rows.first_event).equals(LEFT)):
+                f.give(left)
+            with f.when(~self.at_once.release(f, j, results, speeds, known, still)):
+                for first in (0, layout.width):
+                    f.copy_rows((before, first), (state, first), 2 * layout.degrees, 1)
+                f.give(left)
+        else:
+            with self._own(f, *changed) as i:
+                place = f.load_integer("@changed_places", i)
+                f.store(f.load(results, i), state, place)
+                with f.when(place < 2 * layout.degrees):
+                    f.store(f.constant(0.0), state, place + layout.width)
+        if rows.bounces:
+            self._note_time(f, j)
         for k in range(layout.cyclic_momenta.start, layout.cyclic_momenta.stop):
             for part in (0, layout.width):  # they follow from the new velocities
                 f.store(f.constant(0.0), state, k + part)
@@ -142,12 +161,19 @@ class ActionCode:
         if self.interpolated and rows.bounces:  # its speed tells, which long polynomials show less precisely
             impact = ~f.load_integer("@bounces", j).equals(NOTHING)
             side = f.select(impact, f.load(state, own), side)
+        if rows.joined:  # where it has no speed, rounding would tell
+            side = f.load(state, own)
         f.store(side, state, own)
         f.call(None, NOTE, state, after)
         f.store(f.constant(AFTER), after, layout.at(NOTES[0]))
         f.store(count + 2, info, RECORDED)
         f.give(f.count(DONE))
         return f
+
+    def _moved(self, place: int) -> int:
+        """What moves with a velocity that is set, where constraints couple it with others."""
+        rows, n = self.rows, self.layout.degrees
+        return n + rows.joined[place - n] if n <= place < 2 * n else place
 
     @contextmanager
     def _own(self, f: Function, name: str, count: int, j: Integer) -> Iterator[Integer]:
@@ -160,33 +186,28 @@ class ActionCode:
         with f.loop(first, last) as k:
             yield f.load_integer(f"@{name}_order", k)
 
-    def _leave_touching(self, f: Function, j: Integer, results: Pointer) -> None:
-        """Leave to the caller what moves something that touches something else, or rests on it."""
-        rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        touching = len({guard for guard, _ in rows.reached})
-        with f.loop(0, touching, tested=False) as k:
-            other = f.load_integer("@touching", k)
-            held = f.load(state, f.load_integer("@rests_at", other) + rows.mode(layout))
-            size = f.load(results, (other - rows.first_event) * 2 + len(rows.changed))
-            apart = f.load_integer("@guard_rows", other) - f.load_integer("@guard_rows", j)
-            value = f.magnitude(f.load("%row", apart * self.row + self.term))
-            marked = f.load(state, other + rows.fresh(layout)) > 0.0
-            near = ~held.equals(0.0) | marked | ~(value > size * TOUCHING)
-            with f.when(near & ~other.equals(j)):
-                first, last = (f.load_integer("@reached_first", one) for one in (k, k + 1))
-                with f.loop(first, last) as r:
-                    place = f.load_integer("@reached", r)
-                    with (
-                        self._own(f, "changed", len(rows.changed), j) as i,
-                        f.when(f.load_integer("@changed_places", i).equals(place)),
-                    ):
-                        f.give(f.count(LEFT))
+    @property
+    def _behind_actions(self) -> int:
+        """How many numbers ``@act`` gives: rates of contacts' arguments follow, and the length of a step."""
+        return len(self.rows.changed) + 2 * self.rows.events + len(self.rows.bounces)
 
-    def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
-        """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
-        rest; note the time of others."""
+    def _acted(self, f: Function, j: Integer | None = None) -> Pointer:
+        """Compute what the actions of all events set, or that of one if it can be done alone."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        event = j - rows.first_event
+        results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
+        time, one = f.place(state, layout.time), f.count(1)
+        if self.alone and not rows.reached and j is not None:
+            f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
+        else:
+            f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
+        return results
+
+    def _bounce(self, f: Function, j: Integer, results: Pointer, known: Speeds | None) -> Bit:
+        """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
+        rest. Whether it leaves no speed, where others may come first; speeds are compared with those
+        that are ``known``."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        event, still = j - rows.first_event, f.variable(f.never(1))
         bounce = f.load_integer("@bounces", j)
         with f.when(~bounce.equals(NOTHING)):
             side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
@@ -197,20 +218,37 @@ class ActionCode:
             moved = size * f.load(state, layout.at(Clock.STEP))
             near = f.larger(f.load(results, own) * ROUNDING, moved)
             beyond = f.load("%row", self.term) * side < -near
-            with f.when(beyond | (mark > 0.0) | ~(rate * side < -size) | ~(left > size)):
+            wrong, least = beyond | ~(rate * side < -size), size
+            if known is not None:
+                least = f.larger(size, known.least)
+                still.set(self.at_once.stands(f.magnitude(left), known))
+                wrong = wrong | ((mark > 0.0) & ~(rate * side < -least)) | ~((left > least) | still.get())
+            else:
+                wrong = wrong | (mark > 0.0) | ~(left > least)
+            with f.when(wrong):
                 f.give(f.count(LEFT))
             t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
             place = event * 2 + rows.times(layout).start
             last = f.load(state, place), f.load(state, place + 1)
             since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
             remaining = flight / (f.constant(1.0) - flight / since)
-            part = SOONER if rows.reached else SOON
-            soon = remaining <= f.load(state, layout.at(Clock.STEP)) * part
-            with f.when((flight > 0.0) & (flight < since) & soon):
+            part, length = SOONER if rows.reached else SOON, f.load(state, layout.at(Clock.STEP))
+            soon = remaining <= length * part
+            if known is not None:
+                f.store(self.at_once.length(f, results), results, self._behind_actions + len(rows.bounces))
+                soon = remaining <= known.soon
+            with f.when((flight > 0.0) & (flight < since) & soon & ~still.get()):
                 f.give(f.count(LEFT))
             if self.interpolated:
                 height = left * 0.25 * f.smaller(since * (left / f.magnitude(rate)), f.magnitude(flight))
                 with f.when(height <= f.load(results, own) * (UNSEEN * DOUBTFUL)):
                     f.give(f.count(LEFT))
-            f.store(t, state, place)
-            f.store(low, state, place + 1)
+        return still.get()
+
+    def _note_time(self, f: Function, j: Integer) -> None:
+        """Note the time of an impact."""
+        rows, state = self.rows, f.pointer("%state")
+        with f.when(~f.load_integer("@bounces", j).equals(NOTHING)):
+            place = (j - rows.first_event) * 2 + rows.times(self.layout).start
+            for ahead, part in enumerate((Clock.TIME, Clock.TIME_LOW)):
+                f.store(f.load(state, self.layout.at(part)), state, place + ahead)

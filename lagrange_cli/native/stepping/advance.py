@@ -191,6 +191,8 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
     if creeping(at) and steps.guards and steps.guards.switches:
         root, known = without_chatter(at, step, root, which, known)
     step.bound.set(f.select(known < ahead, known, step.bound.get()))
+    if steps.guards and steps.guards.rows.joined:  # what is driven back is hit now
+        root = f.select((root < 0.0) & steps.guards.acts(f, which), at.zero, root)
     with f.when(root <= ahead):
         due.set(which)
         with f.when(root < 0.0):

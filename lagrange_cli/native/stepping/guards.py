@@ -12,13 +12,14 @@ from contextlib import contextmanager
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.native.guards import BRIEF, NOTES, NOWHERE, RECORDED, Role
+from lagrange_cli.native.guards import BRIEF, LEFT, NOTES, NOWHERE, RECORDED, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
-from lagrange_cli.native.stepping.actions import LEFT, NOTE
+from lagrange_cli.native.stepping.actions import NOTE
+from lagrange_cli.native.stepping.at_once import UNCLEAR
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.steps import copy_function
@@ -79,6 +80,8 @@ class GuardCode(GuardSearch):
         given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, ptr %work, i64 %sample"
         f = Function(f"define internal i64 @flip({given}) #0")
         j, rows, layout, state = Integer(f, "%j"), self.rows, self.layout, f.pointer("%state")
+        if rows.joined:
+            j = self._first_of_all(f, j)
         role = f.load_integer("@guard_roles", j)
         mode, fresh = j + rows.mode(layout), j + rows.fresh(layout)
         before = f.load(state, mode)
@@ -97,6 +100,24 @@ class GuardCode(GuardSearch):
             self._prepare(f, state)
         f.give(result.get())
         return f
+
+    def _first_of_all(self, f: Function, j: Integer) -> Integer:
+        """The guard of the impact that comes first, if that of ``j`` is one of several now."""
+        chosen, state = f.variable(j), f.pointer("%state")
+        side = f.load(state, j + self.rows.mode(self.layout))
+        event = side * f.load_integer("@guard_directions", j).to_real() <= 0.0
+        with f.when(event & self.acts(f, j)):
+            row = self.lengths.place(f, f.load_integer("@guard_rows", j))
+            given = state, f.pointer("%constants"), j, f.pointer("%trial"), row
+            first = f.call(Integer, "first_impact", *given)
+            with f.when(first.equals(UNCLEAR)):
+                f.give(f.count(AWAY))
+            chosen.set(first)
+        return chosen.get()
+
+    def acts(self, f: Function, j: Integer) -> Bit:
+        """Whether the guard ``j`` is an event with a simple action."""
+        return f.load_integer("@guard_roles", j).equals(Role.CHANGE)
 
     def _note(self, f: Function, role: Integer, j: Integer, before: Real, result: Variable[Integer]) -> None:
         """Record an event, if it needs nothing else, and set the ``result`` of ``@flip``."""
@@ -119,7 +140,11 @@ class GuardCode(GuardSearch):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             f.store(j.to_real(), place, layout.at(NOTES[0]))
             for m, note in enumerate(NOTES[1:], 2):
-                f.store(f.load(row, m * term) * float(m), place, layout.at(note))
+                rate = f.load(row, m * term) * float(m)
+                if self.rows.joined:  # its time is that of others
+                    again = (f.load(state, j + self.rows.fresh(layout)) > 0.0) & self.acts(f, j)
+                    rate = f.select(again, f.constant(float(m == 2)), rate)
+                f.store(rate, place, layout.at(note))
             if self.actions.any:
                 with f.when(role.equals(Role.CHANGE)):
                     given = state, f.pointer("%constants"), j, f.pointer("%trial"), info

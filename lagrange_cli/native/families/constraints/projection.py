@@ -10,7 +10,7 @@ from lagrange_cli.families.arrays import Array, Term
 from lagrange_cli.native.families.careful import careful_values
 from lagrange_cli.native.families.constraints.coupled_masses import MassFactors
 from lagrange_cli.native.families.constraints.dense import SolvingTables
-from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
+from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether, Offsets
 from lagrange_cli.native.families.constraints.together_jet import factored
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.everywhere import Everywhere
@@ -28,9 +28,9 @@ class Residuals(Writer):
     """The loop over the constraints of a bound: what should be 0, from all digits of the state, and whether
     it is, but for rounding."""
 
-    def __init__(self, writing: Projection, number: int, fine: Variable[Bit]) -> None:
-        super().__init__(writing.evaluation, writing.moves.loops[number])
-        self.writing, self.bound, self.fine = writing, writing.moves.bounds[number], fine
+    def __init__(self, moves: Offsets, evaluation: Evaluation, number: int, fine: Variable[Bit]) -> None:
+        super().__init__(evaluation, moves.loops[number])
+        self.moves, self.bound, self.fine = moves, moves.bounds[number], fine
 
     @property
     def terms(self) -> Sequence[tuple[Term, Array]]:
@@ -40,12 +40,12 @@ class Residuals(Writer):
         self, known: dict[Node, Operands], bases: Sequence[Integer], j: Integer, inside: Bit
     ) -> list[Operands]:
         f, vectors, evaluation, kind = self.f, self.vectors, self.evaluation, self.evaluation.emitter
-        system, constants = self.writing.moves.system, Everywhere(evaluation.tables.constants.slots)
+        system, constants = self.moves.system, Everywhere(evaluation.tables.constants.slots)
         nodes = [term.node for term, _ in self.terms][: 2 + len(self.bound.rows)]
         found = (self.carefully if vectors.parts == 1 else self.plainly)(nodes[:2], known, bases, j)
         slopes = nodes[2:]
         emit_values(kind, slopes, known, constants)
-        slots = self.writing.moves.slots
+        slots = self.moves.slots
         offs, sizes = list[Operands](), list[Operands]()
         for off, array in zip(found, (system.q, system.v)):
             total: Any = None
@@ -101,7 +101,7 @@ class Projection:
         totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
         evaluation.clear(added(totals, moves.loops))
         for number, _ in enumerate(moves.bounds):
-            Residuals(self, number, fine).write()
+            Residuals(moves, evaluation, number, fine).write()
         if summed:
             self._judge(summed, fine)
         with f.when(~fine.get()):

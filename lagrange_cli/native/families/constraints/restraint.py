@@ -85,6 +85,11 @@ class Restraint(Bonded):
         """A, of each bound a column for each of its coordinates."""
         self.square = self._square()
 
+    @cached_property
+    def inverses(self) -> Array:
+        """1/M."""
+        return self.lasting.inverses
+
     def hold(self, domain: Domain, first: Places, second: Places) -> Node:
         """1 where two constraints hold the motion."""
         return self.graph.one
@@ -113,7 +118,7 @@ class Restraint(Bonded):
 
     def pushed(self, forces: Total) -> Total:
         """M^-1 times forces."""
-        push = self.of_all(forces) * self.of_all(self.lasting.inverses)
+        push = self.of_all(forces) * self.of_all(self.inverses)
         return self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
 
     def of_bounds(self, make: Mapping[int, Node], less: Array | None = None) -> Total:
@@ -133,7 +138,7 @@ class Restraint(Bonded):
         terms = [] if node is None else [Term(self.everyone, node, np.arange(self.size))]
         for b, one in enumerate(self.bounds):
             for a, rows in enumerate(one.rows):
-                inverse = self.slots.symbol(one.domain, self.lasting.inverses, rows)
+                inverse = self.slots.symbol(one.domain, self.inverses, rows)
                 terms.append(Term(one.domain, inverse * self.slope(b, a) * self.own(b, multiplied), rows))
         return self.total(self.size, terms)
 
@@ -168,7 +173,7 @@ class Restraint(Bonded):
                 self.slots.symbol(domain, self.slopes[b][a], which)
                 for (b, a), which in zip((pair.first, pair.second), pair.members)
             )
-            inverse = self.slots.symbol(domain, self.lasting.inverses, pair.rows)
+            inverse = self.slots.symbol(domain, self.inverses, pair.rows)
             numbers = (
                 self.bounds[b].numbers[which]
                 for (b, _), which in zip((pair.first, pair.second), pair.members)

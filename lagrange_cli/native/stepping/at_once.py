@@ -1,0 +1,197 @@
+"""Impacts of bodies that constraints join, while others touch: which comes first, and what it does to these.
+
+Impulses of constraints move all that is joined. A contact at which the motion rests ends where they give it a
+speed; what they drive back is hit next, at the same time, the fastest first. Compiled code decides only where
+all speeds are far above rounding: whether bodies rest, and which of them, is left to its caller
+(``integrate.impacts.touching``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+
+from lagrange_cli.native.guards import SMALLEST, GuardRows, Role
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.records import dataclass
+
+TOUCHING = 2.0**-34
+"""Up to this part of its terms an argument may be 0 at the same time as another one, but for what rounding
+does along a long way."""
+ROUNDING = 2.0**-44
+"""An argument that is so small beside its terms is a rounding error."""
+CLEAR = 2.0**-40
+"""Relative speeds that are more than this part of the largest velocity are no rounding errors."""
+HIDDEN = 2.0**-30
+"""Nor do flights end in no time that take longer than this part of a step (``integrate.impacts.resting``)."""
+SOON, SHORT, NEARLY = 2.0**-30, 2.0**-26, 1.25
+"""When all further impacts take no time (the same place), as far as the forces before an impact tell."""
+UNCLEAR = -1
+"""What ``@first_impact`` gives where the caller decides."""
+
+
+@dataclass(frozen=True)
+class Other:
+    """A contact, number ``k``, of guard ``j``: the mode in which it is ``held``, at guard ``rest``; its
+    ``value`` and its terms' ``size``."""
+
+    k: Integer
+    j: Integer
+    rest: Integer
+    held: Real
+    value: Real
+    size: Real
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """The ``largest`` velocity, and the ``least`` speed that tells that something moves. If all further
+    impacts at a contact are over ``soon``, the motion may rest there."""
+
+    largest: Real
+    least: Real
+    soon: Real
+
+
+@dataclass(frozen=True)
+class AtOnce:
+    """Writes the code for them. Of series, ``term`` and ``row`` are doubles from a coefficient to the next
+    one, and from an argument to the next one; ``own`` loops over what the action of an event sets. Behind so
+    many results of ``@act`` are other numbers (``Interface.trial``)."""
+
+    rows: GuardRows
+    layout: StateLayout
+    term: int
+    row: int
+    own: Callable[[Function, Integer], AbstractContextManager[Integer]]
+    behind: int
+
+    def mode(self, f: Function, j: Integer) -> Real:
+        """The mode of a guard."""
+        return f.load("%state", j + self.rows.mode(self.layout))
+
+    def mark(self, f: Function, j: Integer) -> Real:
+        """The mark of its argument."""
+        return f.load("%state", j + self.rows.fresh(self.layout))
+
+    @contextmanager
+    def touching(self, f: Function, j: Integer, results: Pointer) -> Iterator[Other]:
+        """Other contacts that may be at 0 now, or are held, of what the action of ``j`` moves."""
+        rows, row = self.rows, f.pointer("%row")
+        count = len({guard for guard, _ in rows.reached})
+        moved = "@moved" if rows.joined else "@changed_places"
+        with f.loop(0, count, tested=False) as k:
+            other = f.load_integer("@touching", k)
+            rest = f.load_integer("@rests_at", other)
+            held = self.mode(f, rest)
+            size = f.load(results, (other - rows.first_event) * 2 + len(rows.changed))
+            value = self.coefficient(f, row, j, other, 1)
+            near = ~held.equals(0.0) | (self.mark(f, other) > 0.0) | ~(f.magnitude(value) > size * TOUCHING)
+            with f.when(near & ~other.equals(j)):
+                meets = f.variable(f.never(1))
+                first, last = (f.load_integer("@reached_first", one) for one in (k, k + 1))
+                with f.loop(first, last) as r:
+                    place = f.load_integer("@reached", r)
+                    with self.own(f, j) as i:
+                        meets.set(meets.get() | f.load_integer(moved, i).equals(place))
+                with f.when(meets.get()):
+                    yield Other(k, other, rest, held, value, size)
+
+    def coefficient(self, f: Function, row: Pointer, j: Integer, other: Integer, m: int) -> Real:
+        """One of the argument's series of a guard, where that of ``j`` is at ``row``."""
+        apart = f.load_integer("@guard_rows", other) - f.load_integer("@guard_rows", j)
+        return f.load(row, apart * self.row + m * self.term) * float(m)
+
+    def largest(self, f: Function) -> Real:
+        """The largest velocity."""
+        found, degrees = f.variable(f.constant(0.0)), self.layout.degrees
+        with f.loop(degrees, 2 * degrees, tested=False) as i:
+            found.set(f.larger(f.magnitude(f.load("%state", i)), found.get()))
+        return found.get()
+
+    def speeds(self, f: Function, j: Integer, results: Pointer) -> Speeds:
+        """The speeds that others are compared with."""
+        largest, bend = self.largest(f), f.variable(f.constant(0.0))
+        with f.loop(0, len({guard for guard, _ in self.rows.reached}), tested=False) as k:
+            other = f.load_integer("@touching", k)
+            found = f.magnitude(self.coefficient(f, f.pointer("%row"), j, other, 3))
+            bend.set(f.larger(found, bend.get()))
+        step, pull = self.length(f, results), f.variable(f.constant(0.0))
+        with f.loop(0, self.layout.degrees, tested=False) as i:
+            velocity = i + self.layout.degrees - f.load_integer("@guard_rows", j)
+            pull.set(f.larger(f.magnitude(f.load("%row", velocity * self.row + self.term)), pull.get()))
+        usual = f.select(pull.get() * step > largest, largest / pull.get(), step)
+        soon = f.larger(step * SOON, usual * SHORT) * NEARLY
+        return Speeds(largest, f.larger(largest * CLEAR, bend.get() * step * HIDDEN), soon)
+
+    def length(self, f: Function, results: Pointer) -> Real:
+        """The length of the last step, also where others act now."""
+        step = f.load("%state", self.layout.at(Clock.STEP))
+        return f.select(step > 0.0, step, f.load(results, self.behind + len(self.rows.bounces)))
+
+    def first(self, act: Callable[[Function], Pointer]) -> Function:
+        """``@first_impact(state, constants, j, trial, row)``: of the impacts that happen now, one of which is
+        at guard ``j``, the fastest in terms of rounding errors. ``act`` computes what actions set."""
+        f = Function(
+            "define internal i64 @first_impact(ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %row) #0"
+        )
+        rows, j, results = self.rows, Integer(f, "%j"), act(f)
+        known = self.speeds(f, j, results)
+
+        def speed(one: Integer) -> Real:
+            """How fast an argument comes to 0."""
+            return -(self.coefficient(f, f.pointer("%row"), j, one, 2) * self.mode(f, one))
+
+        def beside(value: Real, one: Integer) -> Real:
+            """In terms of what rounding errors are a part of."""
+            size = f.load(results, (one - rows.first_event) * 2 + (len(rows.changed) + 1))
+            return value / f.larger(size, known.largest)
+
+        chosen, fastest = f.variable(j), f.variable(beside(speed(j), j))
+        with self.touching(f, j, results) as one, f.when(one.held.equals(0.0)):
+            with f.when(self.later(f, one, speed(one.j))):
+                f.give(f.count(UNCLEAR))
+            this = beside(speed(one.j), one.j)
+            towards = f.load_integer("@guard_directions", one.j).to_real() * self.mode(f, one.j) <= 0.0
+            faster = (this > fastest.get()) & towards
+            chosen.set(f.select(faster, one.j, chosen.get()))
+            fastest.set(f.select(faster, this, fastest.get()))
+        simple = f.load_integer("@guard_roles", chosen.get()).equals(Role.CHANGE)
+        f.give(f.select(simple, chosen.get(), f.count(UNCLEAR)))
+        return f
+
+    def later(self, f: Function, one: Other, speed: Real) -> Bit:
+        """Whether something may be hit a little later, with this ``speed``."""
+        return ~(self.mark(f, one.j) > 0.0) & (f.magnitude(one.value) > one.size * ROUNDING) & (speed > 0.0)
+
+    def stands(self, size: Real, known: Speeds) -> Bit:
+        """Whether a speed is nothing but a rounding error."""
+        return size <= known.largest * ROUNDING
+
+    def release(
+        self, f: Function, j: Integer, results: Pointer, speeds: Pointer, known: Speeds, still: Bit
+    ) -> Bit:
+        """End the contacts at which an impact has given the motion a speed, and tell whether another impact
+        comes next, or it is clear which contacts hold; else change nothing. ``speeds`` are those of all
+        contacts' arguments now; where ``j`` is ``still``, it has none left."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        clear, due, pressed = (f.variable(one) for one in (Bit(f, "true"), f.never(1), still))
+        with self.touching(f, j, results) as one:
+            held = ~one.held.equals(0.0)
+            speed = f.load(speeds, one.k) * f.select(held, one.held, self.mode(f, one.j))
+            stands, moves = self.stands(f.magnitude(speed), known), f.magnitude(speed) > known.least
+            clear.set(clear.get() & (stands | moves))
+            due.set(due.get() | (moves & (speed < 0.0)))
+            pressed.set(pressed.get() | (stands & ~held))
+        clear.set(due.get() | (clear.get() & ~pressed.get()))
+        with f.when(clear.get()):
+            mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))
+            with self.touching(f, j, results) as one:
+                moves = ~self.stands(f.magnitude(f.load(speeds, one.k)), known)
+                with f.when(~one.held.equals(0.0) & moves):
+                    f.store(one.held, state, one.j + rows.mode(layout))
+                    f.store(mark, state, one.j + rows.fresh(layout))
+                    f.store(f.constant(0.0), state, one.rest + rows.mode(layout))
+        return clear.get()
