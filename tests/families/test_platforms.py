@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import random
 
+import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
+from lagrange_cli.spec.read import read_spec
+from tests.families.test_closed_chains import exactly_followed
 from tests.support.families import alike, followed
 
 OUTPUTS = frozenset(["q", "v", "h", "p", "T", "U", "positions"])
@@ -118,7 +121,7 @@ def test_chains_on_platforms_move_as_their_members_do(
 ) -> None:
     chance = random.Random(f"{pytestconfig.option.seed} {count} {mount} {written}")
     text, method = drawn(chance, count, mount, written), chance.choice(["taylor", "taylor", "ias15"])
-    stop = chance.choice([0.4, 0.4, -0.4])
+    stop = 0.4 if "driven" in mount else chance.choice([0.4, 0.4, -0.4])
     fewest(monkeypatch, 0)
     together, found = followed(text, OUTPUTS, stop=stop, method=method)
     assert together.machine.program.loops, text
@@ -128,3 +131,73 @@ def test_chains_on_platforms_move_as_their_members_do(
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
     alike(found.data, expected.data, 2.0**-38, text)
+
+
+@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.parametrize("mount", ["moves", "turns"])
+def test_platforms_in_double_double(mount: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = drawn(random.Random(3), 3, mount, "unequal chains")
+    fewest(monkeypatch, 0)
+    together, found = exactly_followed(text, OUTPUTS)
+    fewest(monkeypatch, 10**9)
+    apart, expected = exactly_followed(text, OUTPUTS)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    alike(found.data, expected.data, 2.0**-90)
+
+
+SATELLITE = """
+sizes: {N: 40}
+parameters: {l: 0.05, c: 0.6}
+coordinates:
+  X: {initial: 0}
+  Y: {initial: 0}
+  T: {initial: 0.1, velocity: 0.7}
+  "a[i in range(N)]": {initial: "0.1 + 0.01*sin(i)", velocity: 0.7}
+  "b[i in range(N + 3)]": {initial: "0.1 - 0.01*i", velocity: 0.7}
+masses: {hull: 3, bow: 0.5, stern: 0.5, "left[i in range(N)]": 1/N, "right[i in range(N + 3)]": 1/N}
+embedding:
+  hull: [X, Y]
+  bow: ["X + c*cos(T)", "Y + c*sin(T)"]
+  stern: ["X - c*cos(T)", "Y - c*sin(T)"]
+  "left[i in range(N)]": where(i > 0, left[i - 1], stern) - [l*cos(a[i]), l*sin(a[i])]
+  "right[i in range(N + 3)]": where(i > 0, right[i - 1], bow) + [l*cos(b[i]), l*sin(b[i])]
+potential: sum(5*(a[i] - where(i > 0, a[i - 1], T))**2 for i in range(N))
+  + sum(5*(b[i] - where(i > 0, b[i - 1], T))**2 for i in range(N + 3))
+observables:
+  spin: 3*(X*hull.vy - Y*hull.vx) + 0.5*(bow.x*bow.vy - bow.y*bow.vx + stern.x*stern.vy - stern.y*stern.vx)
+    + sum(left[i].x*left[i].vy - left[i].y*left[i].vx for i in range(N))/N
+    + sum(right[i].x*right[i].vy - right[i].y*right[i].vx for i in range(N + 3))/N
+"""
+
+
+@pytest.mark.exhaustive(keep=0.5)
+def test_a_satellite_keeps_its_momenta_and_its_centre() -> None:
+    """Its booms bend and turn it, and its angular momentum stays; its centre moves in a straight line."""
+    ready, motion = followed(SATELLITE, frozenset(["q", "h", "p", "observables", "positions"]), stop=1.0)
+    assert ready.machine.program.loops
+    h, spin = motion.data["diagnostics/h"], motion.data["observables/spin"]
+    assert np.ptp(h) < 1e-12 * np.max(np.abs(h))
+    assert np.ptp(spin) < 1e-12 * np.max(np.abs(spin))
+    for k in "XY":
+        p = motion.data[f"diagnostics/p_{k}"]
+        assert np.ptp(p) < 1e-12
+    assert np.ptp(motion.data["q/T"]) > 0.5
+
+
+REFUSED = {
+    "within a chain": ('"where(i > 0, left[i - 1].x, X', '"where(i > 0, left[i - 1].x + 0.1*T, X'),
+    "not apart": ("l*sin(a[i])", "l*sin(a[i] + T)"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_platform_is_written_out(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Coordinates that move several nodes otherwise."""
+    fewest(monkeypatch, 0)
+    monkeypatch.setitem(LINKS, "sliding", LINKS["links"])
+    monkeypatch.setitem(LINKS, "links of many lengths", LINKS["links"])
+    text = drawn(random.Random(1), 3, "turns", "unequal chains")
+    assert systems.family_system(read_spec(text, "system.yaml")) is not None
+    other = text.replace(*REFUSED[case])
+    assert other != text
+    assert systems.family_system(read_spec(other, "system.yaml")) is None
