@@ -24,10 +24,10 @@ from lagrange_cli.families.arrays import (
     Chain,
     Domain,
     Slot,
-    Slots,
     Source,
     Term,
     Total,
+    merged,
     placed,
     tree_of,
 )
@@ -49,8 +49,8 @@ class Growing:
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """Where the members of a chain are in larger trees: the number of the one ``of`` these ``arrays``, and the place
-    in it."""
+    """Where the members of a chain are in larger trees: the number of the one ``of`` these ``arrays``, and
+    the place in it."""
 
     arrays: Sequence[Array]
     of: Places
@@ -301,32 +301,6 @@ class ChainBuilder(FamilyBuilder):
         up = tree_of(places - 1 if forward else np.append(places[1:], NONE))
         made = [self.added(len(own), one, up) for one in terms]
         return tuple(one for one in made if isinstance(one, Chain))
-
-
-def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
-    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what
-    it goes on with."""
-    graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
-    for term in terms:
-        inside = [*slots.inside(term.node)]
-        stand_ins = {symbol: graph.symbol(f"place {k}") for k, (symbol, _) in enumerate(inside)}
-        (shape,) = substituted(graph, [term.node], stand_ins)
-        key = shape, tuple(id(slot.array) for _, slot in inside)
-        found.setdefault(key, []).append((term, [slot for _, slot in inside]))
-    made = []
-    for (shape, _), alike in found.items():
-        if len(alike) == 1:
-            made.append(alike[0][0])
-            continue
-        targets = np.concatenate([term.targets for term, _ in alike])
-        order, domain = np.argsort(targets), Domain(len(targets))
-        others = {}
-        for k, same in enumerate(zip(*(listed for _, listed in alike))):
-            table = np.concatenate([slot.table for slot in same])[order]
-            others[graph.symbol(f"place {k}")] = slots.symbol(domain, same[0].array, table)
-        (node,) = substituted(graph, [shape], others)
-        made.append(Term(domain, node, targets[order]))
-    return made
 
 
 def addends(node: Node) -> list[Node]:

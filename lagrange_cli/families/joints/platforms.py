@@ -1,13 +1,13 @@
-"""Several chains that hang from what the same coordinates move: from a cart, or at places of a body that turns.
+"""Several chains that hang from what the same coordinates move: a cart, or places of a body that turns.
 
-The chains are made one tree. Its first node is the platform: its coordinates are those that move several nodes, and
-its components are all the places, its *mounts*, from which chains hang. A chain goes on with the components of its
-own mount. So each coordinate moves one node again, and what hangs from a platform that does not turn has one mount.
+The chains are made one tree. Its first node is the platform: its coordinates are those that move several
+nodes, and its components are all the places, its *mounts*, from which chains hang. A chain goes on with the
+components of its own mount. So each coordinate moves one node again. What does not turn has one mount.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -15,9 +15,9 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import NONE, Chain, Domain, Slot, Term, Total, equal, placed, tree_of
+from lagrange_cli.families.arrays import NONE, Chain, Domain, Term, Total, equal, merged, placed, tree_of
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.chains import ChainBuilder, Moved, merged
+from lagrange_cli.families.chains import ChainBuilder, Moved
 from lagrange_cli.families.joints.articulation import constant_total, places_of
 from lagrange_cli.families.joints.carriages import at_root, terms_of
 from lagrange_cli.records import dataclass
@@ -30,12 +30,14 @@ if TYPE_CHECKING:
 
 MOST = 12
 """Components of a platform: a chain takes them all along."""
+FEWEST = 24
+"""Coordinates for each of several mounts below which members are written out: where both take as long."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strand:
-    """``chains`` of the same members, one for each axis (None: it has none along this), behind ``first`` others in
-    the tree of all, and the ``parents`` of its members."""
+    """``chains`` of the same members, one for each axis (None: it has none along this), behind ``first``
+    others in the tree of all, and the ``parents`` of its members."""
 
     chains: tuple[Chain | None, ...]
     first: int
@@ -43,7 +45,8 @@ class Strand:
 
 
 def put_on_platforms(builder: ChainBuilder, spec: Spec) -> None:
-    """Chains that share coordinates are one tree from here on. Raises ``Unsuited`` where none do, or otherwise."""
+    """Chains that share coordinates are one tree from here on. Raises ``Unsuited`` where none do, or in other
+    ways."""
     strands = [*strands_of(builder, [place for _, place, _ in places_of(builder, spec)])]
     count = 1 + sum(len(one.parents) for one in strands)
     rows = shared(builder, strands, count)
@@ -51,7 +54,7 @@ def put_on_platforms(builder: ChainBuilder, spec: Spec) -> None:
         raise Unsuited
     bases, steps, mounts, parents = hung(builder, strands, rows, count)
     axes = max(len(one.chains) for one in strands)
-    if axes * len(bases) > MOST:
+    if axes * len(bases) > MOST or (len(bases) > 1 and builder.q.count < FEWEST * len(bases)):
         raise Unsuited
     start, tree = np.zeros(1, dtype=np.int64), tree_of(parents)
     needed = {*builder.slots.made_of(one.node for listed in steps for one in listed)}
@@ -107,7 +110,7 @@ def chain_of(builder: FamilyBuilder, x: Node) -> Chain | None:
 
 
 def steps_of(strand: Strand) -> Iterator[tuple[int, Term]]:
-    """What is added along each axis, at the places of the tree of all."""
+    """What is added along each axis, at the members of the tree of all."""
     for axis, chain in enumerate(strand.chains):
         for term in chain.terms if chain is not None else ():
             yield axis, Term(term.domain, term.node, term.targets + strand.first)
@@ -163,7 +166,9 @@ def hung(
 def parted(builder: FamilyBuilder, term: Term, rows: Flags) -> Iterator[tuple[Term, list[Node]]]:
     """A term without what shared coordinates alone add, and this, member by member."""
     graph, slots = builder.graph, builder.slots
-    listed = [(one, factor, carried(builder, one, rows, term.domain.count)) for one, factor in terms_of(term.node)]
+    listed = [
+        (one, factor, carried(builder, one, rows, term.domain.count)) for one, factor in terms_of(term.node)
+    ]
     kinds, labels = np.unique(np.array([flags for _, _, flags in listed]), axis=1, return_inverse=True)
     for label, kind in enumerate(kinds.T):
         which = np.flatnonzero(labels.reshape(-1) == label)
@@ -186,7 +191,9 @@ def of_each(builder: FamilyBuilder, node: Node, which: Places) -> list[Node]:
     _, first, kinds = np.unique(np.array(tables), axis=1, return_index=True, return_inverse=True)
     own = Domain(len(first))
     chosen = placed(builder.slots, node, own, which[first])
-    made = [at_root(builder, placed(builder.slots, chosen, Domain(1), np.array([k]))) for k in range(len(first))]
+    made = [
+        at_root(builder, placed(builder.slots, chosen, Domain(1), np.array([k]))) for k in range(len(first))
+    ]
     return [made[kind] for kind in kinds.reshape(-1).tolist()]
 
 
