@@ -187,6 +187,20 @@ def test_a_satellite_keeps_its_momenta_and_its_centre() -> None:
     assert np.ptp(motion.data["q/T"]) > 0.5
 
 
+@pytest.mark.exhaustive(keep=0.3)
+def test_a_boom_may_be_pinned(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The forces of constraint on its tip act on the platform, and on the other boom."""
+    text = SATELLITE.replace("N: 40", "N: 3").replace("initial: 0}", "}")
+    text += 'constraints: {pin: ["left[N - 1].x + 1.5", "left[N - 1].y - 0.1"]}\n'
+    outputs = frozenset(["q", "v", "h", "positions", "constraints", "multipliers"])
+    fewest(monkeypatch, 0)
+    together, found = followed(text, outputs, samples=3)
+    fewest(monkeypatch, 10**9)
+    apart, expected = followed(text, outputs, samples=3)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    alike(found.data, expected.data, 2.0**-36)
+
+
 REFUSED = {
     "within a chain": ('"where(i > 0, left[i - 1].x, X', '"where(i > 0, left[i - 1].x + 0.1*T, X'),
     "not apart": ("l*sin(a[i])", "l*sin(a[i] + T)"),
