@@ -68,12 +68,12 @@ class Scope(Generic[E]):
         base, _, component = identifier.partition(".")
         if component == MULTIPLIER:
             return self.multiplier(base)
-        if component in VELOCITY_COMPONENTS:
-            return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
         if component in BODY_COMPONENTS:
             return self.turning(base).component(component)
         if base not in self.values:
             self._find(base)
+        if component in VELOCITY_COMPONENTS:
+            return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
         value = self.values[base]
         return value[COMPONENTS.index(component)] if component else value
 
@@ -134,11 +134,12 @@ class Scope(Generic[E]):
             self.multipliers.append(found)
         return found
 
-    def velocity(self, particle: str) -> tuple[E, ...]:
-        """dr/dt = sum_k dr/dq_k q_dot_k + dr/dt, built when it is first asked for."""
-        if particle not in self.velocities:
-            self.velocities[particle] = tuple(self._rate(component) for component in self.values[particle])
-        return self.velocities[particle]
+    def velocity(self, name: str) -> tuple[E, ...]:
+        """dr/dt = sum_k dr/dq_k q_dot_k + dr/dt of a particle, or of a definition r(q, t), built when it is
+        first asked for."""
+        if name not in self.velocities:
+            self.velocities[name] = tuple(self._rate(component) for component in self.values[name])
+        return self.velocities[name]
 
     def turning(self, body: str) -> Turning[E]:
         """How a rigid body stands and turns, built when it is first asked for."""

@@ -7,13 +7,14 @@ file gives too little a unit is unknown.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
+from typing import TypeVar
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.syntax import Name, Number, Span, names
 from lagrange_cli.expression.vocabulary import MULTIPLIER, TIME, family_name, velocity_name
-from lagrange_cli.model.dimensions import Walk, vector
+from lagrange_cli.model.dimensions import Walk, components, vector
 from lagrange_cli.model.quantity import (
     BROKEN,
     PURE,
@@ -42,6 +43,8 @@ from lagrange_cli.spec.order import leading_to
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -127,12 +130,23 @@ class Survey:
         """Add the value of each name to ``known``, and of each family that of all its members, which may use
         one another."""
         for name, several in written_by_family(expressions).items():
-            for expression in distinct(several):
+            for expression in self._in_turn(name, distinct(several), itself):
                 value = self.value(expression, where.format(name))
                 before = known.get(name, value)
                 pairs = zip(vector(before), vector(value))
                 found = tuple(joined(pair) for pair in pairs)
                 known[name] = found if isinstance(value, tuple) else found[0]
+
+    def _in_turn(self, name: str, written: Iterable[T], value: Callable[[T], Expression]) -> list[T]:
+        """What is ``written`` of the members of a family, first that whose ``value`` uses no other member.
+        Where all do, nothing is known of other members but their number of components."""
+        found = {True: list[T](), False: list[T]()}
+        for one in written:
+            found[any(used.base == name for used in names(value(one).tree))].append(one)
+        if not found[False] and name not in self.values:
+            shape = max(components(value(one).tree, self.values) for one in found[True])
+            self.values[name] = (UNKNOWN,) * shape if shape > 1 else UNKNOWN
+        return [*found[False], *found[True]]
 
     def agree(self, expected: Quantity, found: Quantity, place: Place, message: str) -> Quantity:
         """The common quantity of two that should have one unit."""
@@ -153,7 +167,10 @@ class Survey:
     def _parameters(self) -> dict[str, Quantity]:
         found = {}
         for name, parameters in by_family((one.name, one) for one in firsts_of(self.spec.parameters)).items():
-            found[name] = self.values[name] = joined([self._parameter(one) for one in parameters])
+            known: list[Quantity] = []
+            for one in self._in_turn(name, parameters, lambda one: one.value):
+                known.append(self._parameter(one))
+                found[name] = self.values[name] = joined(known)
         return found
 
     def _parameter(self, parameter: Parameter) -> Quantity:
@@ -203,11 +220,11 @@ class Survey:
 
     def _place(self, name: str, several: list[Expression]) -> None:
         """Add the position of a particle, or those of all members of a family, which may use one another."""
-        for expression in distinct(several):
-            components = vector(self.value(expression, f"the position of '{name}'"))
-            found = self._position(components, expression, name)
+        for expression in self._in_turn(name, distinct(several), itself):
+            parts = vector(self.value(expression, f"the position of '{name}'"))
+            found = self._position(parts, expression, name)
             found = self.positions[name] = joined([self.positions.get(name, found), found])
-            self.values[name] = (found,) * len(components)
+            self.values[name] = (found,) * len(parts)
 
     def _position(self, components: tuple[Quantity, ...], expression: Expression, name: str) -> Quantity:
         """All components have one unit; that they are plain numbers says nothing."""
@@ -287,6 +304,11 @@ class Survey:
                 for value in distinct(values):
                     message = f"{where} is in {{}}, and should be in {{}}"
                     self.agree(expected, named(self.scalar(value, where)), value.place, message)
+
+
+def itself(expression: Expression) -> Expression:
+    """What is an expression by itself."""
+    return expression
 
 
 def with_multipliers(spec: Spec) -> list[str]:

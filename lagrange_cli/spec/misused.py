@@ -67,8 +67,10 @@ def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:
     return ExpressionError(name.span, message, f"write {example}")
 
 
-def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
-    """A name has no such component."""
+def wrong_component(
+    name: Name, meaning: Meaning, base: str, component: str, *, moves: bool
+) -> ExpressionError:
+    """A name has no such component; ``moves`` where its components have velocities."""
     if not isinstance(meaning.value, tuple):
         own = meaning.family.label if meaning.family else base
         hint = f"write {own}"
@@ -86,15 +88,15 @@ def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> 
             hint = "only bodies have an angular velocity"
         message = f"the {meaning.what.value} '{base}' is not a rigid body"
         return ExpressionError(name.span, message, f"{hint}: see 'bodies'")
-    if meaning.what in (Kind.PARTICLE, Kind.BODY):
+    if moves:
         known += VELOCITY_COMPONENTS[: len(meaning.value)]
     meant = CONFUSED_COMPONENTS.get(component, "")
     hint = f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
     if meaning.what is Kind.BODY and component not in VELOCITIES:
         hint += f", {label}.{SPACE_SPIN[0]}, {label}.{BODY_SPIN[0]}, {label}.{POINT}(a, b, c), ..."
-    if component in {*VELOCITIES, *VELOCITY_COMPONENTS} and meaning.what is Kind.DEFINITION:
-        hint += "; particles, bodies and their points have velocities, as bob.vx and plate.at(a, 0, 0).vx"
-    if component in VELOCITIES and meaning.what in (Kind.PARTICLE, Kind.BODY):
+    if component in {*VELOCITIES, *VELOCITY_COMPONENTS} and meaning.what is Kind.DEFINITION and not moves:
+        hint += f"; '{label}' contains velocities, and accelerations have no names"
+    if component in VELOCITIES and moves:
         velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
         hint = f"write ({velocity}) for its velocity"
     spin = spin_component(component) if meaning.what is Kind.BODY else None

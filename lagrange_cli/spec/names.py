@@ -223,8 +223,6 @@ class Names(Meanings):
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.table:
             meaning = self.table[base]
-            if component in MOVING_COMPONENTS:
-                meaning = replace(meaning, kinds=meaning.kinds | {Kind.VELOCITY})
         elif self.incomplete:
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.bound:
@@ -240,8 +238,10 @@ class Names(Meanings):
             if section == "observables":
                 unknown = replace(unknown, observed=True)
             raise ExpressionError(name.span, *unknown.report(base))
-        rule = self.rules[section]
-        forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]
+        rule, kinds = self.rules[section], meaning.kinds
+        if component in MOVING_COMPONENTS:
+            kinds |= {Kind.VELOCITY}
+        forbidden = [kind for kind in Kind if kind in kinds - rule.allowed]
         if forbidden:
             from lagrange_cli.spec.misused import not_allowed
 
@@ -251,7 +251,7 @@ class Names(Meanings):
             self.check_component(name, meaning, base, component)
         elif component and meaning.what is Kind.PARTICLE:  # its position is wrong: any three may be meant
             self.check_component(name, replace(meaning, value=(None,) * 3), base, component)
-        return meaning
+        return meaning if kinds is meaning.kinds else replace(meaning, kinds=kinds)
 
     def _multiplier(self, name: Name, base: str) -> Meaning:
         """What ``NAME.multiplier`` stands for. Raises ExpressionError where NAME is no constraint."""
@@ -276,12 +276,18 @@ class Names(Meanings):
                 return
             if meaning.what is Kind.BODY and component in BODY_COMPONENTS:
                 return
-            moves = meaning.what in (Kind.PARTICLE, Kind.BODY)
-            if moves and component in VELOCITY_COMPONENTS[: len(meaning.value)]:
+            if self.has_velocity(meaning, base) and component in VELOCITY_COMPONENTS[: len(meaning.value)]:
                 return
         from lagrange_cli.spec.misused import wrong_component
 
-        raise wrong_component(name, meaning, base, component)
+        raise wrong_component(name, meaning, base, component, moves=self.has_velocity(meaning, base))
+
+    def has_velocity(self, meaning: Meaning, base: str) -> bool:
+        """Whether something is a place r(q, t): a particle, a body, or a definition without velocities, which
+        has been settled."""
+        if meaning.what is not Kind.DEFINITION:
+            return meaning.what in (Kind.PARTICLE, Kind.BODY)
+        return base not in self.awaited and meaning.kinds.isdisjoint({Kind.VELOCITY, Kind.MULTIPLIER})
 
 
 class SumBuilder(Builder):

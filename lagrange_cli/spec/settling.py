@@ -112,6 +112,15 @@ class Settling:
                 self._settle_one(one, what)
             return group, []
         self.names.awaited.add(group.name)
+        try:
+            return self._in_turn(group, what)
+        finally:
+            self.names.awaited.discard(group.name)
+
+    def _in_turn(
+        self, group: WrittenFamily[W], what: Kind
+    ) -> tuple[WrittenFamily[W] | None, list[list[str]]]:
+        """The same of a family whose members follow from one another."""
         order = self._recurrent(group, what)
         if len(order) == len(group):
             return group.ordered(tuple(order)), []

@@ -114,6 +114,7 @@ def names_of(spec: Spec, problems: Problems) -> Names:
     for base in spec.order:
         names.awaited.add(base)
         on_demand(members.get(base, ()), compute)
+        names.awaited.discard(base)
     return names
 
 

@@ -68,7 +68,7 @@ def test_the_examples_of_the_system_file_are_system_files():
     assert len(read_spec(network, "network.yaml").coordinates) == 3
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     assert read_spec(named, "named.yaml").of_particles == ("stretch", "slip")
-    assert read_spec(places, "places.yaml").order == ("cart", "bob", "rod", "tip")
+    assert read_spec(places, "places.yaml").order == ("cart", "bob", "bar", "tip")
     walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
     assert read_spec(f"{walled}embedding: {{p: [x, y]}}\n{walls}", "walls.yaml").forces["generalized_forces"]
     ground = "parameters: {k: 1, m: 1, g: 1, R: 1}\ncoordinates: [y]\nmasses: {p: m}\nembedding: {p: y}\n"

@@ -66,7 +66,7 @@ BAD = [
     (EMBEDDING, "[w2, 1]\ndefinitions: {w: theta_dot, w2: w**2}", [(11, "w2", "depends on a velocity", "")]),
     (EMBEDDING, "[h, 1]\ndefinitions: {h: bob.y}", [(12, "h", "itself: h -> bob -> h", "one of them")]),
     (EMBEDDING, "[h, 1]\ndefinitions: {h: u + 1, u: bob.vy}", [(12, "h", "h -> u -> bob -> h", "")]),
-    ("name: pendulum", "definitions: {r: 2*bob, u: r.vx}", [(1, "r.vx", "no component 'vx'", "as bob.vx")]),
+    ("name: pendulum", "definitions: {r: (bob.vx, 1), u: r.vx}", [(1, "r.vx", "'vx'", "'r' contains")]),
     ("  bob: m", "  bob: h\ndefinitions: {h: bob.y}", [(9, "h", "which depends on a particle", "")]),
     ("name: pendulum", "definitions: {h: bob.w1 + bob.z}", [
         (1, "bob.w1", "not a rigid body", ""), (1, "bob.z", "no component 'z'", "bob.vx")

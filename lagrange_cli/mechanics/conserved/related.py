@@ -46,7 +46,8 @@ def _related(
     if not formulas:
         return ()
     free = [one for one in spec.parameters if one.name not in formulas]
-    plain = replace(spec, parameters=free, definitions={**formulas, **spec.definitions})
+    definitions, order = {**formulas, **spec.definitions}, (*formulas, *spec.order)
+    plain = replace(spec, parameters=free, definitions=definitions, order=order)
     values = Scope(plain, algebra).values
     nodes = {graph.symbol(name): values[name] for name in formulas}
     own = Found(model, known)

@@ -243,7 +243,6 @@ def used(spec: Spec, expressions: Iterable[Expression]) -> set[str]:
 
 
 def depends(spec: Spec, expression: Expression, moving: set[str]) -> bool:
-    """Whether velocities occur in an expression: those of coordinates, or of particles."""
+    """Whether velocities occur in an expression: those of coordinates, or of places."""
     found = used(spec, [expression])
-    particles = {velocity_name(family_name(name)) for name in spec.embedding}
-    return not found.isdisjoint(moving | particles)
+    return not found.isdisjoint(moving | {*map(velocity_name, spec.order)})
