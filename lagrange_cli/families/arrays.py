@@ -8,7 +8,7 @@ table of its targets lists.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -197,6 +197,32 @@ def total_of(
     if tree is not None:
         return Chain(Source.TOTAL, count, tuple(listed), tree, back)
     return Total(Source.TOTAL, count, tuple(listed))
+
+
+def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
+    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what
+    it goes on with."""
+    graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
+    for term in terms:
+        inside = [*slots.inside(term.node)]
+        stand_ins = {symbol: graph.symbol(f"place {k}") for k, (symbol, _) in enumerate(inside)}
+        (shape,) = substituted(graph, [term.node], stand_ins)
+        key = shape, tuple(id(slot.array) for _, slot in inside)
+        found.setdefault(key, []).append((term, [slot for _, slot in inside]))
+    made = []
+    for (shape, _), alike in found.items():
+        if len(alike) == 1:
+            made.append(alike[0][0])
+            continue
+        targets = np.concatenate([term.targets for term, _ in alike])
+        order, domain = np.argsort(targets), Domain(len(targets))
+        others = {}
+        for k, same in enumerate(zip(*(listed for _, listed in alike))):
+            table = np.concatenate([slot.table for slot in same])[order]
+            others[graph.symbol(f"place {k}")] = slots.symbol(domain, same[0].array, table)
+        (node,) = substituted(graph, [shape], others)
+        made.append(Term(domain, node, targets[order]))
+    return made
 
 
 def tree_of(parents: Places) -> Tree:

@@ -6,7 +6,7 @@ Both are ``Chain`` totals: their terms are built once, and each member knows its
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -24,10 +24,10 @@ from lagrange_cli.families.arrays import (
     Chain,
     Domain,
     Slot,
-    Slots,
     Source,
     Term,
     Total,
+    merged,
     placed,
     tree_of,
 )
@@ -47,6 +47,16 @@ class Growing:
     parents: tuple[Array, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Where the members of a chain are in larger trees: the number of the one ``of`` these ``arrays``, and
+    the place in it."""
+
+    arrays: Sequence[Array]
+    of: Places
+    places: Places
+
+
 class ChainBuilder(FamilyBuilder):
     """A builder that knows chains and trees."""
 
@@ -55,6 +65,8 @@ class ChainBuilder(FamilyBuilder):
         self._chains: dict[Group, tuple[Chain, ...] | None] = {}
         self._shifts: dict[Chain, Sequence[Term]] = {}
         """How far chains are before their members (``shifted_chains``)."""
+        self._moved: dict[Chain, Moved] = {}
+        """Chains that are parts of larger trees."""
         self._running: dict[int, tuple[Sum, tuple[Chain, ...]]] = {}
         self._summed: dict[tuple[Group, int], tuple[Node, ...] | None] = {}
         self._begun: dict[tuple[Chain, Node], Chain] = {}
@@ -73,7 +85,7 @@ class ChainBuilder(FamilyBuilder):
 
     def on(self, chain: Chain, which: Places, domain: Domain) -> Node:
         """Some members of a chain."""
-        node: Node = self.slots.symbol(domain, chain, which)
+        node = self.at(chain, which, domain)
         shifts = self._shifts.get(chain, ())
         kinds, at = (np.full(chain.count, NONE, dtype=np.int64) for _ in range(2))
         for k, one in enumerate(shifts):
@@ -84,6 +96,26 @@ class ChainBuilder(FamilyBuilder):
         if not len(mine) or mine[0] == NONE:
             return node
         return node - placed(self.slots, shifts[mine[0]].node, domain, at[which])
+
+    def at(self, chain: Chain, which: Places, domain: Domain) -> Node:
+        """The numbers of a chain itself, or those of the trees that it is a part of."""
+        if chain not in self._moved:
+            return self.slots.symbol(domain, chain, which)
+        moved = self._moved[chain]
+        of = moved.of[which]
+        if np.any(of != of[:1]):
+            raise Differ(of)
+        return self.slots.symbol(domain, moved.arrays[of[0]], moved.places[which])
+
+    def move(self, chain: Chain, moved: Moved) -> None:
+        """A chain is a part of larger trees from here on."""
+        self._moved[chain] = moved
+
+    def restart(self, kept: Iterable[Total]) -> None:
+        """Only chains are known from here on, and the totals that are ``kept``."""
+        self.totals = [*kept]
+        for known in (self._written, self._summed, self._rates):
+            known.clear()
 
     def chained(self, group: Group) -> tuple[Chain, ...] | None:
         """The members of a group that follow from one another; None if they do not, or otherwise."""
@@ -213,7 +245,7 @@ class ChainBuilder(FamilyBuilder):
             made = self.added(slot.array.count, terms, tree)
             assert isinstance(made, Chain)
             self._begun[key] = made
-        other = self.slots.symbol(slot.domain, self._begun[key], slot.table)
+        other = self.at(self._begun[key], slot.table, slot.domain)
         found: Node = part - common + scale * (other - symbol)
         return found
 
@@ -254,7 +286,7 @@ class ChainBuilder(FamilyBuilder):
         chains = self._running[id(tree)][1]
         at = (np.asarray(stop) - 1 if forward else np.asarray(start)) - first
         places = np.broadcast_to(at.astype(np.int64), members.count)
-        return together(self.slots.symbol(members.domain, one, places) for one in chains)
+        return together(self.at(one, places, members.domain) for one in chains)
 
     def run(self, tree: Sum, members: Members, first: int, last: int, *, forward: bool) -> tuple[Chain, ...]:
         """The sums over all members of the loop from ``first`` on, below ``last``."""
@@ -269,32 +301,6 @@ class ChainBuilder(FamilyBuilder):
         up = tree_of(places - 1 if forward else np.append(places[1:], NONE))
         made = [self.added(len(own), one, up) for one in terms]
         return tuple(one for one in made if isinstance(one, Chain))
-
-
-def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
-    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what
-    it goes on with."""
-    graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
-    for term in terms:
-        inside = [*slots.inside(term.node)]
-        stand_ins = {symbol: graph.symbol(f"place {k}") for k, (symbol, _) in enumerate(inside)}
-        (shape,) = substituted(graph, [term.node], stand_ins)
-        key = shape, tuple(id(slot.array) for _, slot in inside)
-        found.setdefault(key, []).append((term, [slot for _, slot in inside]))
-    made = []
-    for (shape, _), alike in found.items():
-        if len(alike) == 1:
-            made.append(alike[0][0])
-            continue
-        targets = np.concatenate([term.targets for term, _ in alike])
-        order, domain = np.argsort(targets), Domain(len(targets))
-        others = {}
-        for k, same in enumerate(zip(*(listed for _, listed in alike))):
-            table = np.concatenate([slot.table for slot in same])[order]
-            others[graph.symbol(f"place {k}")] = slots.symbol(domain, same[0].array, table)
-        (node,) = substituted(graph, [shape], others)
-        made.append(Term(domain, node, targets[order]))
-    return made
 
 
 def addends(node: Node) -> list[Node]:

@@ -23,6 +23,7 @@ from lagrange_cli.families.bonds import Bonds, bonds, bound_families
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.constraint_values import JointedState, State, Whole
 from lagrange_cli.families.joints.articulation import articulation, weights_of
+from lagrange_cli.families.joints.platforms import put_on_platforms
 from lagrange_cli.families.masses import components, energies_of, masses_of, particles, separated
 from lagrange_cli.families.values import DOUBLES, Doubles
 from lagrange_cli.model import sparse
@@ -72,7 +73,7 @@ def examined(spec: Spec, *, exact: bool) -> Whole | None:
         return None
     if [name for one, _, _ in bound_families(spec) for name in one.members] != [*spec.all_constraints]:
         return None
-    for made in (separate, jointed, together):
+    for made in (separate, jointed, on_platforms, together):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
             found = made(spec, ChainBuilder(spec, algebra_of(exact=exact)))
             if not any(one.kind is Kind.SWITCH for one in reachable([*found.bonds.nodes])):
@@ -117,6 +118,12 @@ def together(spec: Spec, builder: ChainBuilder) -> Whole:
     placed = [(domain, x, mass) for _, _, domain, x, mass in components(builder, spec)]
     names = [*spec.all_constraints]
     return Whole(names, builder, found, energies.masses, extent_of(placed), coupled=energies.coupled)
+
+
+def on_platforms(spec: Spec, builder: ChainBuilder) -> Whole:
+    """The same on chains that hang from platforms."""
+    put_on_platforms(builder, spec)
+    return jointed(spec, builder)
 
 
 def jointed(spec: Spec, builder: ChainBuilder) -> Whole:

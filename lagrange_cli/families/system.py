@@ -30,6 +30,7 @@ from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.joints.joints import Articulation
+from lagrange_cli.families.joints.platforms import put_on_platforms
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
 from lagrange_cli.families.saddle_points import SaddlePoint
@@ -149,10 +150,11 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
             raise
     why: Unsuited | Differ | None = None
     if spec.lagrangian is None and len(spec.coordinates) >= FEWEST_JOINTED:
-        try:
-            return articulated(spec, algebra())
-        except (Unsuited, Differ) as error:
-            why = error
+        for platforms in (False, True):
+            try:
+                return articulated(spec, algebra(), platforms=platforms)
+            except (Unsuited, Differ) as error:
+                why = why or error
     try:
         return separate(spec, algebra(), coupled=True)
     except (Unsuited, Differ) as error:
@@ -232,9 +234,11 @@ def divided(
     return total_of(count, [Term(everyone, force / mass, places)], builder.graph)
 
 
-def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
-    """The same, where particles are on chains and trees."""
+def articulated(spec: Spec, algebra: GraphAlgebra, *, platforms: bool = False) -> FamilySystem:
+    """The same, where particles are on chains and trees, or on several that hang from ``platforms``."""
     builder = ChainBuilder(spec, algebra)
+    if platforms:
+        put_on_platforms(builder, spec)
     graph, slots = builder.graph, builder.slots
     energies = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
     potential = graph.sum([(one, 1.0) for one in energies])

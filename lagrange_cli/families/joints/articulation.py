@@ -49,13 +49,18 @@ def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
 def weights_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node, Node]]:
     """The components of the places of all particles and of the masses that stand for the rotation of bodies,
     and the masses."""
-    for domain, _, x, mass in masses_of(builder, spec):
-        yield domain, x, mass
+    for domain, place, mass in places_of(builder, spec):
+        yield from ((domain, x, mass) for x in place)
+
+
+def places_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, tuple[Node, ...], Node]]:
+    """The same, all components of a place together."""
+    yield from particles_of(builder, spec)
     for one in turned(builder):
         for mass, place, _ in one.carriers(builder.algebra):
             if not constant(builder, mass):
                 raise Unsuited
-            yield from ((one.domain, x, mass) for x in place)
+            yield one.domain, tuple(place), mass
 
 
 def turned(builder: FamilyBuilder) -> Iterator[Turned]:
@@ -74,7 +79,11 @@ def turned(builder: FamilyBuilder) -> Iterator[Turned]:
 def centres(builder: FamilyBuilder, spec: Spec) -> list[Total]:
     """The sum of m x over all particles, and so on along all axes."""
     terms: list[list[Term]] = []
-    for domain, axis, x, mass in masses_of(builder, spec):
+    for domain, axis, x, mass in (
+        (domain, axis, x, mass)
+        for domain, place, mass in particles_of(builder, spec)
+        for axis, x in enumerate(place)
+    ):
         terms += [[] for _ in range(axis + 1 - len(terms))]
         terms[axis].append(Term(domain, mass * x, np.zeros(domain.count, dtype=np.int64)))
     return [builder.added(1, one) for one in terms]
@@ -86,15 +95,14 @@ def mass_of(part: Part) -> Node:
     return part.mass
 
 
-def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, int, Node, Node]]:
-    """The components of all particles' places, with their axes, and the masses."""
+def particles_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, tuple[Node, ...], Node]]:
+    """The places of all particles, and their masses."""
     for family in grouped(spec.embedding, particle_families(spec)):
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
         for _, domain, mass, position in builder.with_places(masses, group):
             if isinstance(mass, tuple) or not constant(builder, mass):
                 raise Unsuited
-            for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
-                yield domain, axis, x, mass
+            yield domain, position if isinstance(position, tuple) else (position,), mass
 
 
 class Movers:
