@@ -85,7 +85,7 @@ class ChainBuilder(FamilyBuilder):
 
     def on(self, chain: Chain, which: Places, domain: Domain) -> Node:
         """Some members of a chain."""
-        node = self.at(chain, which, domain)
+        node = self.of_chain(chain, which, domain)
         shifts = self._shifts.get(chain, ())
         kinds, at = (np.full(chain.count, NONE, dtype=np.int64) for _ in range(2))
         for k, one in enumerate(shifts):
@@ -97,7 +97,7 @@ class ChainBuilder(FamilyBuilder):
             return node
         return node - placed(self.slots, shifts[mine[0]].node, domain, at[which])
 
-    def at(self, chain: Chain, which: Places, domain: Domain) -> Node:
+    def of_chain(self, chain: Chain, which: Places, domain: Domain) -> Node:
         """The numbers of a chain itself, or those of the trees that it is a part of."""
         if chain not in self._moved:
             return self.slots.symbol(domain, chain, which)
@@ -245,7 +245,7 @@ class ChainBuilder(FamilyBuilder):
             made = self.added(slot.array.count, terms, tree)
             assert isinstance(made, Chain)
             self._begun[key] = made
-        other = self.at(self._begun[key], slot.table, slot.domain)
+        other = self.of_chain(self._begun[key], slot.table, slot.domain)
         found: Node = part - common + scale * (other - symbol)
         return found
 
@@ -286,7 +286,7 @@ class ChainBuilder(FamilyBuilder):
         chains = self._running[id(tree)][1]
         at = (np.asarray(stop) - 1 if forward else np.asarray(start)) - first
         places = np.broadcast_to(at.astype(np.int64), members.count)
-        return together(self.at(one, places, members.domain) for one in chains)
+        return together(self.of_chain(one, places, members.domain) for one in chains)
 
     def run(self, tree: Sum, members: Members, first: int, last: int, *, forward: bool) -> tuple[Chain, ...]:
         """The sums over all members of the loop from ``first`` on, below ``last``."""

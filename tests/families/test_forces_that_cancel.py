@@ -137,6 +137,34 @@ def test_what_hangs_at_rest_stays_there_in_few_steps(form: str, rest: object, me
     assert abs(motion["q/x"] - float(str(rest))).max() <= 1e-11
 
 
+DROPPED = """
+sizes: {{N: {N}}}
+parameters: {{l: 0.1, g: 9.81, m: 1, M: 5}}
+coordinates:
+  x: {{initial: 0}}
+  y: {{initial: 0}}
+  "a[i in range(N)]": {{initial: {tilt} + 0.1*sin(7*i)}}
+masses: {{hull: M, "p[i in range(N)]": m}}
+positions:
+  hull: [x, y]
+  "p[0]": hull + l*[sin(a[0]), -cos(a[0])]
+  "p[i in range(1, N)]": p[i - 1] + l*[sin(a[i]), -cos(a[i])]
+potential: M*g*y + sum(m*g*p[i].y for i in range(N))
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("tilt", [0, 0.4, 1.5])
+@pytest.mark.parametrize("count", [20, 60, 200])
+def test_a_chain_that_is_dropped_falls_as_it_is(count: int, tilt: float) -> None:
+    """No link turns: what the weights of all others do to it cancels but for rounding."""
+    _, motion = followed(DROPPED.format(N=count, tilt=tilt), frozenset(["q"]), stop=1.0, samples=5)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.steps <= 200
+    assert abs(motion["q/a"] - motion["q/a"][0]).max() <= 1e-9
+    assert abs(motion["q/y"] + 9.81 * motion["t"] ** 2 / 2).max() <= 1e-11
+
+
 NET = """
 sizes: {N: 9}
 parameters: {m: 0.3, k: 700, g: 9.81, l: 0.9}

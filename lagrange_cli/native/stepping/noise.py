@@ -10,7 +10,9 @@ all that the terms which cancel change them: steps could be so long that the rou
 which grow with the exponential of their frequency times the step, are no longer small.
 
 Where many accelerations are found together, and a step is not accepted, they may differ by what rounding
-changes them, too, as relative angles of a chain are moved by forces on all links behind them.
+changes them, too, as relative angles of a chain are moved by forces on all links behind them. Where these
+cancel, as in a chain that is dropped, nothing but rounding is left: it does not change smoothly, and all that
+is tiny beside the largest acceleration counts.
 """
 
 from __future__ import annotations
@@ -31,6 +33,10 @@ FAINT = 2.0**-52
 SMOOTH = 0.8
 """Twice half a change may differ from the whole one by this part of it where it is smooth, a cubic even; not
 across a jump, or close to a pole."""
+TINY = 2.0**-26
+"""Changes below this part of the largest acceleration are rounding, smooth or not."""
+SCATTER = 4.0
+"""Others may be so many times as large."""
 LASTS = 32.0
 """For so many steps what was found holds."""
 
@@ -130,6 +136,7 @@ class Noise:
         inverse = lengths.wide(f, 1.0 / unit)
         with lengths.velocities(f) as row:
             row.put(row.series()[1] * inverse, base)
+        tiny = lengths.wide(f, self._largest(f, base) * TINY) if self.asked else None
         with f.loop(0, WAYS, tested=False) as way:
             for size in (0.5 * self.size, self.size):
                 with lengths.each(f) as row:
@@ -149,8 +156,23 @@ class Noise:
                     else:
                         counts = partial(self._counts, row, which)
                         keep_larger(row, self.place, row.at(half), change, counts)
+                        if tiny:
+                            self._keep_tiny(row, which, f.magnitude(change), tiny)
         with lengths.each(f) as row:
             row.put(row.at(saved), "%state", self.last)
+
+    def _largest(self, f: Function, rates: Pointer) -> Real:
+        """The largest rate of a velocity."""
+        found = f.variable(f.zero(self.lengths.lanes))
+        with self.lengths.velocities(f) as row:
+            found.set(f.larger(found.get(), row.only_velocities(f.magnitude(row.at(rates)))))
+        return self.lengths.gather(f, "fmax", found.get())
+
+    def _keep_tiny(self, row: Row, which: Bit, change: Real, tiny: Real) -> None:
+        """Keep a change that is nothing but rounding, of which few are seen."""
+        f, before = row.f, row.at("%state", self.place)
+        counts = row.moving((change <= tiny) & f.splat(which, self.lengths.lanes))
+        row.put(f.select(counts, f.larger(change * SCATTER, before), before), "%state", self.place)
 
     def _counts(self, row: Row, which: Bit, steady: Bit) -> Bit:
         return row.moving(steady & row.f.splat(which, self.lengths.lanes))
