@@ -9,7 +9,6 @@ from lagrange_cli.expression.algebra import Algebra, E
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.constraints import built_constraints
 from lagrange_cli.model.forces.law import Action
-from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.model import Event, Model, Particle
 from lagrange_cli.model.rigid_body import carriers
 from lagrange_cli.model.scope import Scope
@@ -89,6 +88,10 @@ def never_changes(spec: Spec, name: str, what: str = "never changes") -> SpecErr
 
 def action_of(scope: Scope[E]) -> Action[E]:
     """All forces besides the potential."""
+    if not scope.spec.forces:
+        return Action()
+    from lagrange_cli.model.forces.table import FORCES  # which most short runs do not need
+
     return added(scope, (FORCES[key].act(scope, given) for key, given in scope.spec.forces.items()))
 
 

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
+FEW, FAR = 3, 1e-3
+"""Coordinates whose mass matrix is factored without numpy, and the part of a diagonal entry below which a
+pivot may be rounding."""
 MOST = 100
 """Coordinates of systems whose dissipation is looked at."""
 STATES, ODD = 32, 1e-9
@@ -132,6 +135,8 @@ def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:
 
 def singular_start(spec: Spec, values: Values) -> tuple[Problem, ...]:
     """A warning where the mass matrix is singular at the start."""
+    if clearly_regular(spec, values):
+        return ()
     from lagrange_cli.run.singular import idle, place_of, without_mass
     from lagrange_cli.spec.source import Source
 
@@ -141,3 +146,25 @@ def singular_start(spec: Spec, values: Values) -> tuple[Problem, ...]:
     message = f"the mass matrix is singular at the start: {idle(names)}"
     hint = "begin elsewhere, or use other coordinates or parameters"
     return (Source(spec.filename, spec.text).problem(place_of(spec, names[0]), message, hint),)
+
+
+def clearly_regular(spec: Spec, values: Values) -> bool:
+    """Whether the mass matrix of few coordinates is far from singular at the start, by the pivots of its
+    factors: this takes no numpy, and most are."""
+    if len(spec.coordinates) > FEW:
+        return False
+    from lagrange_cli.errors import LagrangeError
+    from lagrange_cli.model.start.equations import Equations
+
+    try:
+        masses = Equations(spec, values.parameters).masses(spec.solve.start or 0.0, values.q, values.v).rows
+    except (LagrangeError, ArithmeticError):
+        return False
+    rows = [[float(masses.get(j, {}).get(k, 0.0)) for k in range(len(masses))] for j in range(len(masses))]
+    for j, row in enumerate(rows):
+        if not row[j] > FAR * float(masses[j].get(j, 0.0)) or len(rows) < len(spec.coordinates):
+            return False
+        for below in rows[j + 1 :]:
+            factor = below[j] / row[j]
+            below[:] = [x - factor * y for x, y in zip(below, row)]
+    return bool(rows)

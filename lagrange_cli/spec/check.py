@@ -15,12 +15,11 @@ from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
 from lagrange_cli.spec.kinds import Kind, lacking
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import leading_to
+from lagrange_cli.spec.order import bases_in, leading_to
 from lagrange_cli.spec.owners import Owners, note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.scalars import check_scalar
 from lagrange_cli.spec.sections import SECTIONS
-from lagrange_cli.spec.settling import Settling, bases_in, counted
+from lagrange_cli.spec.settling import Settling, check_scalar, counted
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Body, Coordinate, Expression, Family, Parameter, Spec, Transformation
 from lagrange_cli.spec.whole import WrittenFamily

@@ -12,7 +12,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec.draft import Draft
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.scalars import check_scalar
+from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE, Place
 from lagrange_cli.spec.spec import Expression, SolveDefaults, Spec
 

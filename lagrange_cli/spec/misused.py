@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
 from lagrange_cli.expression.confusions import VELOCITIES, spin_component
-from lagrange_cli.expression.near import known_hint
-from lagrange_cli.expression.syntax import ExpressionError, Name, Number
+from lagrange_cli.expression.near import known_hint, shown
+from lagrange_cli.expression.syntax import ExpressionError, Name, Number, Vector, names, plain_names
 from lagrange_cli.expression.vocabulary import (
     AXES_COMPONENTS,
     AXES_RATES,
@@ -21,6 +21,8 @@ from lagrange_cli.expression.vocabulary import (
     velocity_name,
 )
 from lagrange_cli.spec.kinds import Kind, Meaning, Rule
+from lagrange_cli.spec.meanings import Meanings
+from lagrange_cli.spec.spec import Expression
 
 
 def constraint_itself(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
@@ -114,3 +116,27 @@ def _numbered_component(name: Name, meaning: Meaning) -> str:
         return ""
     index = name.indices[0]
     return dict(zip("012", COMPONENTS, strict=True)).get(index.text, "") if isinstance(index, Number) else ""
+
+
+def vector_items(expression: Expression) -> list[str]:
+    """The components of a vector as they are written, if it is a plain one; else an example."""
+    tree = expression.tree
+    items = tree.items if isinstance(tree, Vector) else ()
+    return [expression.text[one.span.start : one.span.stop] for one in items] or ["1", "2"]
+
+
+def vector_hint(known: Meanings, expression: Expression, section: str = "") -> str:
+    """How a scalar is made of the vectors of an expression."""
+    tree = expression.tree
+    if isinstance(tree, Vector) and len(tree.items) == 1:
+        return "leave out the comma at the end"
+    if section == "parameters":
+        items = ", ".join(vector_items(expression))
+        return f"write a list, [{items}]; or write vectors under 'definitions'"
+    vectors = [one for one in plain_names(tree) if isinstance(known.values.get(one), tuple)]
+    for one in sorted(vectors):
+        components = any(name.identifier.startswith(f"{one}.") for name in names(tree))
+        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first m1 should be a mass
+            return f"{shown(one)} is a position: write its mass as a parameter M, with 'masses: {{{one}: M}}'"
+    hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
+    return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint

@@ -1,9 +1,58 @@
-"""The order in which things that depend on one another can be computed."""
+"""What things are made of, and the order in which they can be computed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from heapq import heappop, heappush
+from typing import Any
+
+from lagrange_cli.expression.syntax import names
+from lagrange_cli.expression.vocabulary import BODY_COMPONENTS
+from lagrange_cli.spec.content import statements
+from lagrange_cli.spec.draft import Declared, Written, WrittenBody
+from lagrange_cli.spec.spec import Expression, distinct
+from lagrange_cli.spec.whole import WrittenFamily
+
+AXES = ".R"
+"""Stands for the axes of a body beside its position."""
+
+
+def uses_of(groups: Mapping[str, Any]) -> dict[str, set[str]]:
+    """The names that each of some groups uses, members of families apart. The axes of a body have a key of
+    their own: a position may follow from them, and they from others."""
+    found: dict[str, set[str]] = {}
+    for name, group in groups.items():
+        written = statements(group)
+        found[name] = bases_in(*written, axes=True)
+        if isinstance(group, WrittenFamily):
+            found[name].discard(name)
+        turned = [one.orientation for one in written if isinstance(one, WrittenBody) and one.orientation]
+        if turned:
+            found[name + AXES] = parts_in((value for one in turned for value in one.entries), axes=True)
+    return found
+
+
+def bases_in(*written: Written, axes: bool = False) -> set[str]:
+    """The names that something uses; ``axes`` tells those of bodies from their positions."""
+    return parts_in((one for each in written if (one := expression_of(each)) is not None), axes)
+
+
+def parts_in(given: Iterable[Expression], axes: bool) -> set[str]:
+    """The same of expressions."""
+    return {
+        name.base + AXES if axes and name.identifier.partition(".")[2] in BODY_COMPONENTS else name.base
+        for one in distinct(given)
+        for name in names(one.tree)
+    }
+
+
+def expression_of(written: Written) -> Expression | None:
+    """The value of a parameter or a definition, or a position; None where it could not be read."""
+    if isinstance(written, WrittenBody):
+        return written.position
+    found: Expression | None
+    found = written.fields.get("value") if isinstance(written, Declared) else getattr(written, "value", None)
+    return found
 
 
 def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list[list[str]]]:
@@ -17,12 +66,12 @@ def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list
     for name, used in remaining.items():
         for other in used:
             users[other].append(name)
-    names = list(uses)
-    position = {name: number for number, name in enumerate(names)}
+    listed = list(uses)
+    position = {name: number for number, name in enumerate(listed)}
     ready = [position[name] for name, used in remaining.items() if not used]
     order: list[str] = []
     while ready:
-        name = names[heappop(ready)]
+        name = listed[heappop(ready)]
         order.append(name)
         for user in users[name]:
             remaining[user].discard(name)
@@ -51,15 +100,15 @@ class Needs(Exception):
         self.name = name
 
 
-def on_demand(names: Iterable[str], compute: Callable[[str], None]) -> tuple[list[str], list[list[str]]]:
-    """Compute each of ``names``, what it ``Needs`` first: the order in which that went, and the cycles.
+def on_demand(wanted: Iterable[str], compute: Callable[[str], None]) -> tuple[list[str], list[list[str]]]:
+    """Compute each of those ``wanted``, what it ``Needs`` first: the order of that, and the cycles.
 
     A member of a cycle, or what needs one, is not computed.
     """
     order: list[str] = []
     cycles: list[list[str]] = []
     seen: set[str] = set()
-    for first in names:
+    for first in wanted:
         path = {} if first in seen else {first: None}  # in order, and quick to search
         while path:
             name = next(reversed(path))

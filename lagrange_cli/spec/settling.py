@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.bounds import Bounds
-from lagrange_cli.expression.syntax import names
-from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, family_name
+from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.content import groups_of, statements
-from lagrange_cli.spec.draft import Declared, Written, WrittenBody
+from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.family import Family, MemberNames, Place
 from lagrange_cli.spec.kinds import Kind, comes_to
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import Needs, chain, dependency_order, on_demand
-from lagrange_cli.spec.scalars import check_scalar
-from lagrange_cli.spec.spec import Expression, distinct
+from lagrange_cli.spec.order import (
+    AXES,
+    Needs,
+    bases_in,
+    chain,
+    dependency_order,
+    expression_of,
+    on_demand,
+    uses_of,
+)
+from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 if TYPE_CHECKING:
@@ -31,8 +38,6 @@ AS_VECTOR = (
 AS_PLACE = "a position may not use what depends on it: write one of them in coordinates"
 IN_COORDINATES = "write it in coordinates, t, parameters and positions that do not depend on it"
 
-AXES = ".R"
-"""Stands for the axes of a body beside its position."""
 SECTIONS_OF = {
     Kind.PARAMETER: "parameters",
     Kind.DEFINITION: "definitions",
@@ -41,6 +46,21 @@ SECTIONS_OF = {
 }
 
 W = TypeVar("W", bound=Written)
+
+
+def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
+    """Check an expression that must be a scalar. Returns the kinds of its names."""
+    kinds, bounds = names.check(expression, section, where)
+    if isinstance(bounds, tuple):
+        from lagrange_cli.spec.misused import vector_hint
+
+        names.problems.add_once(
+            expression.place,
+            f"expected a scalar in {where}, found a vector",
+            vector_hint(names, expression, section),
+        )
+        names.problems.distrust(expression.tree)
+    return kinds
 
 
 @dataclass
@@ -243,9 +263,10 @@ class Settling:
             return comes_to(what), vector if count == 3 else (Bounds(), Bounds(), Bounds())
         due = self._counts.setdefault(family_name(entry.name), count) if count else 0
         if count != due:
+            own = entry.name if "[" in entry.name else entry.key.label
             self.names.problems.add_once(
                 entry.place,
-                f"'{entry.key.label}' has {counted(count)}, other members {due}",
+                f"'{own}' has {counted(count)}, other members {due}",
                 "give all members of a family the same number of components",
             )
         return comes_to(what), vector
@@ -272,44 +293,6 @@ class Settling:
         """The kinds of the members of a family that have been settled."""
         meaning = self.names.table[base]
         return meaning.kinds if meaning.family is not None and meaning.value is not None else frozenset()
-
-
-def uses_of(groups: Mapping[str, Any]) -> dict[str, set[str]]:
-    """The names that each of some groups uses, members of families apart. The axes of a body have a key of
-    their own: a position may follow from them, and they from others."""
-    found: dict[str, set[str]] = {}
-    for name, group in groups.items():
-        written = statements(group)
-        found[name] = bases_in(*written, axes=True)
-        if isinstance(group, WrittenFamily):
-            found[name].discard(name)
-        turned = [one.orientation for one in written if isinstance(one, WrittenBody) and one.orientation]
-        if turned:
-            found[name + AXES] = parts_in((value for one in turned for value in one.entries), axes=True)
-    return found
-
-
-def bases_in(*written: Written, axes: bool = False) -> set[str]:
-    """The names that something uses; ``axes`` tells those of bodies from their positions."""
-    return parts_in((one for each in written if (one := expression_of(each)) is not None), axes)
-
-
-def parts_in(given: Iterable[Expression], axes: bool) -> set[str]:
-    """The same of expressions."""
-    return {
-        name.base + AXES if axes and name.identifier.partition(".")[2] in BODY_COMPONENTS else name.base
-        for one in distinct(given)
-        for name in names(one.tree)
-    }
-
-
-def expression_of(written: Written) -> Expression | None:
-    """The value of a parameter or a definition, or a position; None where it could not be read."""
-    if isinstance(written, WrittenBody):
-        return written.position
-    found: Expression | None
-    found = written.fields.get("value") if isinstance(written, Declared) else getattr(written, "value", None)
-    return found
 
 
 def fits(bounds: Any, what: Kind) -> bool:

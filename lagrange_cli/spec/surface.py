@@ -21,8 +21,8 @@ from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.nodes import Scalar
 from lagrange_cli.spec.order import on_demand
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.scalars import check_scalar
 from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import Passage, Source
 from lagrange_cli.spec.spec import SURFACE, Expression, Spec, grouped
 

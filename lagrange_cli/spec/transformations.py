@@ -18,7 +18,7 @@ from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.readers import Entries
-from lagrange_cli.spec.scalars import check_scalar
+from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Coordinate, Expression, Transformation
 from lagrange_cli.spec.table import Row, Table, read_table
 

@@ -15,7 +15,7 @@ from lagrange_cli.integrate.background import concurrently
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.follow import ensemble_method
 from lagrange_cli.integrate.ensemble.method import Starts
-from lagrange_cli.integrate.methods import recompilation
+from lagrange_cli.integrate.methods import compiled
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
 from lagrange_cli.integrate.program import write_run
@@ -70,7 +70,7 @@ def cache(tmp_path):
 )
 def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache, monkeypatch):
     # better code for long runs is derived anew; on a busy machine any of these may be long
-    monkeypatch.setattr(recompilation, "PATIENCE", math.inf)
+    monkeypatch.setattr(compiled, "PATIENCE", math.inf)
     spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
     outputs = MANY if spec.lagrangian else MANY | {"positions", "energy"}
     run = Compilation(method, RUN.tolerance if method == "taylor" else 1e-8, outputs)

@@ -18,9 +18,9 @@ def begin_quickly() -> None:
     To be called before what uses ``first_level`` is imported.
     """
     machine.first_level = lambda program: machine.QUICK
-    from lagrange_cli.integrate.methods import recompilation  # not before: what it imports uses first_level
+    from lagrange_cli.integrate.methods import compiled  # not before: what it imports uses first_level
 
-    recompilation.PATIENCE = LASTING
+    compiled.PATIENCE = LASTING
 
 
 def compile_once() -> None:

@@ -10,8 +10,7 @@ from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import UNOBSERVED, End, Observer, Snapshot
-from lagrange_cli.integrate.methods.compiled import CompiledEquations
-from lagrange_cli.integrate.methods.recompilation import Recompilation
+from lagrange_cli.integrate.methods.compiled import CompiledEquations, Recompilation
 from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine

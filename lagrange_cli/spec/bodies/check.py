@@ -10,7 +10,7 @@ from lagrange_cli.spec.draft import Draft, WrittenBody
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.scalars import check_scalar
+from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Body, Expression, Orientation
 
 

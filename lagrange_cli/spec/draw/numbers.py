@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.spec.kinds import CONSTANT, Rule
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.scalars import check_scalar
+from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.wanted import Range
 

@@ -6,7 +6,8 @@ import pytest
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.methods import recompilation, stepper
+from lagrange_cli.integrate.methods import compiled as code
+from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.integrate.prepare import key_of, prepare_system, unpack
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
@@ -56,7 +57,7 @@ def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
     plain = bytes_of(spec, prepare(residual_of(spec), RUN), 100.0)
     cache = Cache(str(tmp_path))
     monkeypatch.setattr(machine, "LARGE", 0)
-    monkeypatch.setattr(recompilation, "PATIENCE", 0.0)
+    monkeypatch.setattr(code, "PATIENCE", 0.0)
     monkeypatch.setattr(stepper, "FIRST", 1)
     monkeypatch.setattr(stepper, "POLL_SECONDS", 1e-9)
     levels, used = [], []
@@ -105,7 +106,7 @@ def test_quick_code_from_the_cache_is_improved_as_well(tmp_path, monkeypatch):
     second = prepare_system(spec, residual_of, cache, RUN)
     assert second.cached
     assert second.follower.recompilation is not None
-    monkeypatch.setattr(recompilation, "PATIENCE", 0.0)
+    monkeypatch.setattr(code, "PATIENCE", 0.0)
     assert second.follower.recompilation.after(1.0) is None
     second.follower.recompilation._work.join()
     assert second.follower.recompilation.after(0.0).advance is not None
