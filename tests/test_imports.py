@@ -110,7 +110,7 @@ def test_a_short_command_loads_few_modules():
     for arguments, most in (
         (["--help"], 14),
         (["solve", PENDULUM, "--force"], 156),
-        (["equations", PENDULUM], 157),
+        (["equations", PENDULUM], 153),
     ):
         own = {name for name in modules_of(*arguments) if name.startswith("lagrange_cli")}
         assert len(own) <= most and not own & RARE
