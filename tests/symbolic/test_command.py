@@ -5,6 +5,7 @@ import json
 import pytest
 
 from lagrange_cli.cli.main import main
+from lagrange_cli.decimals import scientific
 from lagrange_cli.run import verification
 from lagrange_cli.symbolic.verify import Verification
 from tests.support.command import SYSTEMS, lagrange, lagrange_process
@@ -94,7 +95,7 @@ def test_verify_decides_the_status(difference, arguments, monkeypatch, capsys):
     if "--json" in arguments:
         assert json.loads(output)["verify"]["difference"] == difference
     else:
-        assert f"{difference:.1e}" in output.splitlines()[-1]
+        assert scientific(difference) in output.splitlines()[-1]
         assert output.splitlines()[-1].startswith("#") == bool(arguments)
 
 
