@@ -201,6 +201,43 @@ def test_a_boom_may_be_pinned(monkeypatch: pytest.MonkeyPatch) -> None:
     alike(found.data, expected.data, 2.0**-36)
 
 
+HULL = """
+sizes: {N: 4}
+parameters: {l: 0.1, m: 1, M: 5, b: 0.5, J: 0.4}
+coordinates:
+  x: {initial: 0, velocity: 0.1}
+  y: {initial: 0}
+  T: {initial: 0.2, velocity: 0.3}
+  "u[i in range(N)]": {initial: "0.2*i", velocity: 0.1}
+  "w[i in range(N)]": {initial: 0.5, velocity: -0.1}
+bodies:
+  hull:
+    mass: M
+    inertia: [J, J, J]
+    position: [x, y, 0]
+    orientation: {euler: [T, 0, 0]}
+masses: {"p[i in range(N)]": m, "q[i in range(N)]": m}
+positions:
+  "p[0]": "hull.at(b, 0, 0) + l*[cos(u[0]), sin(u[0]), 0]"
+  "p[i in range(1, N)]": "p[i - 1] + l*[cos(u[i]), sin(u[i]), 0]"
+  "q[0]": "hull.at(-b, 0, 0) - l*[cos(w[0]), sin(w[0]), 0]"
+  "q[i in range(1, N)]": "q[i - 1] - l*[cos(w[i]), sin(w[i]), 0]"
+potential: 9.81*m*sum(p[i].y for i in range(N))
+"""
+
+
+@pytest.mark.exhaustive(keep=0.4)
+def test_a_rigid_body_is_a_platform(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chains hang at points of it."""
+    outputs = frozenset(["q", "v", "h", "p", "positions"])
+    fewest(monkeypatch, 0)
+    together, found = followed(HULL, outputs, samples=3)
+    fewest(monkeypatch, 10**9)
+    apart, expected = followed(HULL, outputs, samples=3)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    alike(found.data, expected.data, 2.0**-38)
+
+
 REFUSED = {
     "within a chain": ('"where(i > 0, left[i - 1].x, X', '"where(i > 0, left[i - 1].x + 0.1*T, X'),
     "not apart": ("l*sin(a[i])", "l*sin(a[i] + T)"),
