@@ -207,6 +207,19 @@ def children(tree: Tree) -> tuple[Tree, ...]:
     return ()
 
 
+def components(tree: Tree, of_name: Callable[[Name], int]) -> int:
+    """How many components an expression has as far as its form shows: ``of_name`` gives those of a name, 0
+    where it says nothing."""
+    if isinstance(tree, Name):
+        return of_name(tree)
+    if isinstance(tree, Vector):
+        return len(tree.items)
+    inside = children(tree)
+    if isinstance(tree, Call) and tree.function != "cross":
+        inside = inside[1:] if tree.function == "where" else ()
+    return max((components(one, of_name) for one in inside), default=1)
+
+
 def names(tree: Tree) -> Iterator[Name]:
     """Every name in ``tree`` that stands for a quantity, from left to right.
 

@@ -32,7 +32,7 @@ from lagrange_cli.families.arrays import (
     tree_of,
 )
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.groups import Group, components
+from lagrange_cli.families.groups import Group, components_in
 from lagrange_cli.families.shifted_chains import shifted
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
@@ -136,7 +136,7 @@ class ChainBuilder(FamilyBuilder):
     def grown(self, group: Group) -> tuple[Chain, ...]:
         """The same. Raises ``Unsuited`` where they follow in another way than by an addition."""
         known = {**self.groups, **self.positions}
-        count = max(components(tree, known, group) for tree in group.trees)
+        count = max(components_in(tree, known, group) for tree in group.trees)
         arrays = tuple(Array(Source.TOTAL, group.count) for _ in range(count))
         parents = [np.full(group.count, NONE, dtype=np.int64) for _ in arrays]
         terms: list[list[Term]] = [[] for _ in arrays]

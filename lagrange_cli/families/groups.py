@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import FARTHEST, Differ, Places, one_if_equal
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.syntax import Axis, Binary, Name, Negative, Sum, Tree, Vector
+from lagrange_cli.expression.syntax import Axis, Name, Tree, components
 from lagrange_cli.families.arrays import Array, Domain
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import groups_by_name
@@ -157,18 +157,14 @@ def alike(one: Group, other: Group, own: Places | None = None) -> Iterator[Place
         yield np.flatnonzero(labels == label)
 
 
-def components(tree: Tree, groups: Mapping[str, Group], *within: Group) -> int:
+def components_in(tree: Tree, groups: Mapping[str, Group], *within: Group) -> int:
     """How many components an expression has, as far as its form shows; members of groups that it is
     ``within`` say nothing."""
-    if isinstance(tree, Vector):
-        return len(tree.items)
-    if isinstance(tree, Negative):
-        return components(tree.operand, groups, *within)
-    if isinstance(tree, Sum):
-        return components(tree.body, groups, *within)
-    if isinstance(tree, Binary):
-        return max(components(side, groups, *within) for side in (tree.left, tree.right))
-    group = groups.get(tree.identifier) if isinstance(tree, Name) else None
-    if group is None or group in within:
-        return 1
-    return max(components(one, groups, group, *within) for one in group.trees)
+
+    def of_name(name: Name) -> int:
+        group = groups.get(name.identifier)
+        if group is None or group in within:
+            return 1
+        return max(components_in(one, groups, group, *within) for one in group.trees)
+
+    return components(tree, of_name)

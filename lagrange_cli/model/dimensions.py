@@ -6,7 +6,7 @@ All members of a family have one unit, so trees are gone through as they are wri
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -25,7 +25,6 @@ from lagrange_cli.expression.syntax import (
     Sum,
     Tree,
     Vector,
-    children,
 )
 from lagrange_cli.expression.vocabulary import (
     AXES_COMPONENTS,
@@ -158,16 +157,3 @@ class Walk:
 def vector(value: Value) -> tuple[Quantity, ...]:
     """The components of a value; a scalar is one."""
     return value if isinstance(value, tuple) else (value,)
-
-
-def components(tree: Tree, values: Mapping[str, Value]) -> int:
-    """How many components an expression has, as far as its form and known ``values`` show."""
-    if isinstance(tree, Name):
-        return len(vector(values.get(tree.identifier, ())))
-    if isinstance(tree, Vector):
-        return len(tree.items)
-    if isinstance(tree, Call) and tree.function != "cross":
-        inside: Sequence[Tree] = tree.arguments[1:] if tree.function == "where" else ()
-    else:
-        inside = children(tree)
-    return max((components(one, values) for one in inside), default=1)

@@ -12,9 +12,9 @@ from functools import cached_property
 from typing import TypeVar
 
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.syntax import Name, Number, Span, names
+from lagrange_cli.expression.syntax import Name, Number, Span, components, names
 from lagrange_cli.expression.vocabulary import MULTIPLIER, TIME, family_name, velocity_name
-from lagrange_cli.model.dimensions import Walk, components, vector
+from lagrange_cli.model.dimensions import Walk, vector
 from lagrange_cli.model.quantity import (
     BROKEN,
     PURE,
@@ -144,9 +144,13 @@ class Survey:
         for one in written:
             found[any(used.base == name for used in names(value(one).tree))].append(one)
         if not found[False] and name not in self.values:
-            shape = max(components(value(one).tree, self.values) for one in found[True])
+            shape = max(components(value(one).tree, self._components) for one in found[True])
             self.values[name] = (UNKNOWN,) * shape if shape > 1 else UNKNOWN
         return [*found[False], *found[True]]
+
+    def _components(self, name: Name) -> int:
+        """The number of components of a known name."""
+        return len(vector(self.values.get(name.identifier, ())))
 
     def agree(self, expected: Quantity, found: Quantity, place: Place, message: str) -> Quantity:
         """The common quantity of two that should have one unit."""

@@ -236,8 +236,9 @@ class Settling:
 
     def _settle_one(self, entry: Written, what: Kind) -> None:
         value, where = expression_of(entry), label(entry, what)
+        found: tuple[frozenset[Kind], Any]
         if value is None:
-            found = self._come_to(entry, what, frozenset(), None)
+            found = frozenset[Kind](), None
         elif what is Kind.PARAMETER:
             found = check_scalar(self.names, value, SECTIONS_OF[what], where), scalar()
         else:

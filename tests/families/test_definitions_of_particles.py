@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed, families_as_written
 from lagrange_cli.run.verification import verify_families
-from lagrange_cli.spec.read import read_spec
 from tests.families.test_missing_members import in_loops
-from tests.support.families import alike, followed
+from tests.support.families import both_in_loops, followed, printed_alike, with_indices
 from tests.support.inlined import inlined
 
 OUTPUTS = frozenset(["q", "v", "h", "p", "observables", "positions"])
@@ -91,10 +89,7 @@ def test_systems_in_loops_move_as_with_definitions_put_in_by_hand(
 ) -> None:
     in_loops(monkeypatch, True)
     monkeypatch.setattr(systems, "FEWEST_TURNING", 0)
-    found, motion = followed(SYSTEMS[name], OUTPUTS)
-    by_hand, expected = followed(inlined(SYSTEMS[name]), OUTPUTS)
-    assert found.machine.program.loops and by_hand.machine.program.loops
-    alike(motion.data, expected.data, 2.0**-44)
+    both_in_loops(SYSTEMS[name], inlined(SYSTEMS[name]), OUTPUTS, 2.0**-44)
 
 
 def test_definitions_that_follow_from_one_another_contain_particles(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,12 +106,6 @@ def test_definitions_that_follow_from_one_another_contain_particles(monkeypatch:
 @pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("name", ["springs", "pendula"])
 def test_equations_in_loops_are_printed_as_with_definitions_put_in_by_hand(name: str) -> None:
-    def printed(text: str) -> DerivedFamilies:
-        found = derive_printed(read_spec(text, "system.yaml"), "lagrange", indexed=True)
-        assert isinstance(found, DerivedFamilies)
-        return found
-
-    derived, by_hand = printed(SYSTEMS[name]), printed(inlined(SYSTEMS[name]))
-    one, other = (families_as_written(each, "text", "lagrange", {}) for each in (derived, by_hand))
-    assert one == other
+    derived = with_indices(SYSTEMS[name])
+    assert printed_alike(derived, with_indices(inlined(SYSTEMS[name])))
     assert verify_families(derived, {}).difference < 1e-12

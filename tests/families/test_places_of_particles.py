@@ -8,11 +8,10 @@ import pytest
 import yaml
 
 from lagrange_cli.families import system as systems
-from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed, families_as_written
 from lagrange_cli.run.verification import verify_families
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_missing_members import in_loops
-from tests.support.families import alike, followed
+from tests.support.families import alike, both_in_loops, followed, printed_alike, with_indices
 
 OUTPUTS = frozenset(["q", "v", "h", "p", "positions"])
 CHAIN = """
@@ -86,10 +85,7 @@ def by_definitions(text: str) -> str:
 def test_systems_in_loops_move_as_with_definitions(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     in_loops(monkeypatch, True)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
-    found, motion = followed(SYSTEMS[name], OUTPUTS)
-    other, expected = followed(by_definitions(SYSTEMS[name]), OUTPUTS)
-    assert found.machine.program.loops and other.machine.program.loops
-    alike(motion.data, expected.data, 2.0**-44)
+    both_in_loops(SYSTEMS[name], by_definitions(SYSTEMS[name]), OUTPUTS, 2.0**-44)
 
 
 @pytest.mark.exhaustive(keep=1)
@@ -109,16 +105,9 @@ def test_systems_in_loops_move_as_their_members_do(name: str, monkeypatch: pytes
 @pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_equations_in_loops_are_printed_as_with_definitions(name: str) -> None:
-    def printed(text: str) -> DerivedFamilies:
-        found = derive_printed(read_spec(text, "system.yaml"), "lagrange", indexed=True)
-        assert isinstance(found, DerivedFamilies)
-        return found
-
-    derived = printed(SYSTEMS[name])
+    derived = with_indices(SYSTEMS[name])
     if "definitions" not in SYSTEMS[name]:  # else places are printed by the names of others
-        other = printed(by_definitions(SYSTEMS[name]))
-        one, two = (families_as_written(each, "text", "lagrange", {}) for each in (derived, other))
-        assert one == two
+        assert printed_alike(derived, with_indices(by_definitions(SYSTEMS[name])))
     assert verify_families(derived, {}).difference < 1e-12
 
 

@@ -117,6 +117,18 @@ def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     monkeypatch.setattr(platforms, "FEWEST", count)
 
 
+def move_as_their_members(
+    monkeypatch: pytest.MonkeyPatch, text: str, outputs: frozenset[str], most: float
+) -> None:
+    """A system in loops moves as written out but for rounding, up to ``most``."""
+    fewest(monkeypatch, 0)
+    together, found = followed(text, outputs, samples=3)
+    fewest(monkeypatch, 10**9)
+    apart, expected = followed(text, outputs, samples=3)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    alike(found.data, expected.data, most)
+
+
 @pytest.mark.exhaustive(keep=0.15, most=8)
 @pytest.mark.parametrize("written", ["two families", "unequal chains", "two indices"])
 @pytest.mark.parametrize("mount", MOUNTS)
@@ -193,12 +205,7 @@ def test_a_boom_may_be_pinned(monkeypatch: pytest.MonkeyPatch) -> None:
     text = SATELLITE.replace("N: 40", "N: 3").replace("initial: 0}", "}")
     text += 'constraints: {pin: ["left[N - 1].x + 1.5", "left[N - 1].y - 0.1"]}\n'
     outputs = frozenset(["q", "v", "h", "positions", "constraints", "multipliers"])
-    fewest(monkeypatch, 0)
-    together, found = followed(text, outputs, samples=3)
-    fewest(monkeypatch, 10**9)
-    apart, expected = followed(text, outputs, samples=3)
-    assert together.machine.program.loops and not apart.machine.program.loops
-    alike(found.data, expected.data, 2.0**-36)
+    move_as_their_members(monkeypatch, text, outputs, 2.0**-36)
 
 
 HULL = """
@@ -229,13 +236,7 @@ potential: 9.81*m*sum(p[i].y for i in range(N))
 @pytest.mark.exhaustive(keep=0.4)
 def test_a_rigid_body_is_a_platform(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chains hang at points of it."""
-    outputs = frozenset(["q", "v", "h", "p", "positions"])
-    fewest(monkeypatch, 0)
-    together, found = followed(HULL, outputs, samples=3)
-    fewest(monkeypatch, 10**9)
-    apart, expected = followed(HULL, outputs, samples=3)
-    assert together.machine.program.loops and not apart.machine.program.loops
-    alike(found.data, expected.data, 2.0**-38)
+    move_as_their_members(monkeypatch, HULL, frozenset(["q", "v", "h", "p", "positions"]), 2.0**-38)
 
 
 REFUSED = {

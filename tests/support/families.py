@@ -12,6 +12,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed, families_as_written
 from lagrange_cli.run.settings.outputs import resolve_outputs
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
@@ -38,6 +39,26 @@ def followed(
     asked = Compilation(method, FULL, outputs, backward=stop < 0.0)
     ready = prepare_system(spec, derive_system, None, asked)
     return ready, run(ready, values, 0.0, stop, samples)
+
+
+def both_in_loops(text: str, other: str, outputs: frozenset[str], most: float) -> None:
+    """Two systems, both followed in loops, move alike but for rounding, up to ``most``."""
+    (one, motion), (two, expected) = (followed(each, outputs) for each in (text, other))
+    assert one.machine.program.loops and two.machine.program.loops
+    alike(motion.data, expected.data, most)
+
+
+def with_indices(text: str) -> DerivedFamilies:
+    """The equations of a system, to be printed with indices."""
+    found = derive_printed(read_spec(text, "system.yaml"), "lagrange", indexed=True)
+    assert isinstance(found, DerivedFamilies)
+    return found
+
+
+def printed_alike(one: DerivedFamilies, other: DerivedFamilies) -> bool:
+    """Whether the equations of two systems are printed in the same way."""
+    first, second = (families_as_written(each, "text", "lagrange", {}) for each in (one, other))
+    return first == second
 
 
 def alike(found: Samples, expected: Samples, most: float, *said: object) -> None:

@@ -19,7 +19,7 @@ from lagrange_cli.expression.index_arrays import integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Binary, Sum, Tree, names, plain_names
 from lagrange_cli.families.arrays import NONE, tree_of
-from lagrange_cli.families.groups import Group, components
+from lagrange_cli.families.groups import Group, components_in
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.families.builder import WrittenBuilder
@@ -116,7 +116,7 @@ class WrittenChains(WrittenBuilder):
 
     def grown(self, group: Group) -> Iterator[Chain]:
         """The same. Raises ``Unsuited`` where they follow in another way than by an addition."""
-        parts = max(components(tree, self.groups, group) for tree in group.trees)
+        parts = max(components_in(tree, self.groups, group) for tree in group.trees)
         pieces: list[list[Piece]] = [[] for _ in range(parts)]
         with self.growing(group, parts):
             for kind in self.of_family(group):
