@@ -23,7 +23,7 @@ from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
 from lagrange_cli.spec.kinds import Kind, called, lacking
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import bases_in, leading_to, value_of
+from lagrange_cli.spec.order import bases_in, dependency_order, leading_to, uses_of, value_of
 from lagrange_cli.spec.owners import Owners, note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
@@ -97,8 +97,9 @@ def checker_of(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> _C
     possible. Mistakes in what these are as written come first, and are all that is reported then."""
     as_written = dict[str, Any]()
     for sections in IN_TURN:
-        groups = (one for key in sections for one in groups_of(draft.sections.get(key, ())))
-        if sum(isinstance(one, WrittenFamily) for one in groups) > 1:
+        groups = {one.name: one for key in sections for one in groups_of(draft.sections.get(key, ()))}
+        families = sum(isinstance(one, WrittenFamily) for one in groups.values())
+        if families > 1 and dependency_order(uses_of(groups))[1]:
             from lagrange_cli.spec.turns import with_turns
 
             draft, found = with_turns(draft, sections, sizes)
