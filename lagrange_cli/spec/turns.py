@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, groupby
 from typing import Any
 
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Whole, integers
 from lagrange_cli.expression.indices import Indices
+from lagrange_cli.expression.indices import Unsuited as NotWhole
 from lagrange_cli.expression.rebuilding import rebuilt, size_of, with_children
 from lagrange_cli.expression.syntax import (
     Binary,
@@ -19,8 +23,10 @@ from lagrange_cli.expression.syntax import (
     Sum,
     Tree,
     Vector,
+    calls,
     children,
     components,
+    names,
     plain_names,
     sums,
 )
@@ -29,7 +35,9 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec.circles import Group, Groups, Missing, Unsuited, Uses, written_in
 from lagrange_cli.spec.content import groups_of, in_order, statements
 from lagrange_cli.spec.draft import Declared, Draft, Written, WrittenBody
+from lagrange_cli.spec.members import indices_of
 from lagrange_cli.spec.order import bases_in, dependency_order, uses_of
+from lagrange_cli.spec.recurrence import within
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 LONGEST = 500
@@ -137,6 +145,10 @@ class Borrower:
 
     def _parts(self, part: Part[Any]) -> Iterator[Part[Any]]:
         """A part, divided where its members use different parts of the lender."""
+        alike = self._used_alike(part)
+        if alike is not None:
+            yield replace(part, item=self._item(part.item, alike))
+            return
         used = {place: self._used(part.item, part.values(place)) for place in part.places}
         items = dict[tuple[tuple[int, int], ...], Any]()
         for ranges in boxes(used, part.ranges):
@@ -145,6 +157,26 @@ class Borrower:
             if key not in items:
                 items[key] = self._item(part.item, which)
             yield Part(items[key], part.indices, ranges, part.keyed)
+
+    def _used_alike(self, part: Part[Any]) -> dict[int, int] | None:
+        """Which part of the lender each name of it belongs to, for all members of a part at once; None where
+        they have to be looked at one by one."""
+        tree, found = written_in(part.item).tree, dict[int, int]()
+        if any(True for _ in sums(tree)) or calls(tree, ("where",)):
+            return None
+        indices: dict[str, Whole] = {**self._uses.sizes, **indices_of(part)}
+        for name in names(tree):
+            if name.base != self.lender:
+                continue
+            try:
+                places = [integers(one, indices) for one in name.indices]
+            except NotWhole:
+                return None
+            fit = [k for k, one in enumerate(self.parts) if has_all(one, places, part.count)]
+            if not fit:
+                return None
+            found[id(name)] = fit[0]
+        return found
 
     def _used(self, item: Written, indices: Indices) -> dict[int, int]:
         """Which part of the lender each name of it that an item uses belongs to, by the names' ids."""
@@ -217,6 +249,11 @@ def limited(tree: Tree) -> Tree:
 def fits(part: Part[Any], place: tuple[int, ...]) -> bool:
     """Whether a part has a member at a place."""
     return len(place) == len(part.ranges) and part.has(place)
+
+
+def has_all(part: Part[Any], places: Sequence[Whole], count: int) -> bool:
+    """Whether it has members at all of so many places."""
+    return len(places) == len(part.ranges) and bool(np.all(within(part, places, count)))
 
 
 def placed(tree: Tree, given: Mapping[str, Tree], span: Span) -> Tree:

@@ -13,6 +13,7 @@ from lagrange_cli.model.quantity import UNKNOWN
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.model.survey import Survey
 from lagrange_cli.model.unit_text import read_unit
+from lagrange_cli.spec import circles
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.support.draws import examples
@@ -162,6 +163,11 @@ def test_units_of_places_that_take_turns() -> None:
     (conflict,) = Survey(read_spec(wrong, "file"), read_unit("s")).conflicts
     line, start = conflict.place.line, conflict.place.column - 1
     assert LEGS.splitlines()[line - 1][start:].startswith("foot[i - 1] +")
+
+
+def test_large_families_are_not_looked_at_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(circles, "MOST", 10)
+    assert read_spec(LEGS, "file", {"N": "20000"}).order == ("knee", "foot")
 
 
 def in_legs(old: str, new: str) -> Callable[[], str]:
