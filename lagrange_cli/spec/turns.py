@@ -1,5 +1,5 @@
 """Families that follow from one another in turn, as in ``knee[i]: foot[i - 1] + ..`` and
-``foot[i]: knee[i] + ..``: what one is stands where others use it, so that each follows from itself."""
+``foot[i]: knee[i] + ..``: all but one are eliminated from this one, which follows from itself then."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from lagrange_cli.spec.recurrence import within
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 LONGEST = 500
-"""The most parts of a tree that is written out, or in which others have been."""
+"""The most parts of a tree that is put into another, or of one with others in it."""
 MOST = 50
 """The most names that may follow from one another."""
 
@@ -57,7 +57,7 @@ def with_turns(draft: Draft, sections: tuple[str, ...], sizes: Indices) -> tuple
             section_of[one.name], groups[one.name] = key, one
     found, as_written = dict(draft.sections), dict[str, Group]()
     for circle in circles_of(uses_of(groups)):
-        changed = follower(circle, groups, sizes)
+        changed = reduced(circle, groups, sizes)
         if changed is None:
             return draft, {}
         key = section_of[changed.name]
@@ -66,9 +66,9 @@ def with_turns(draft: Draft, sections: tuple[str, ...], sizes: Indices) -> tuple
     return replace(draft, sections=found), as_written
 
 
-def follower(circle: list[str], groups: Groups, sizes: Indices) -> Group | None:
-    """One of the groups that follow from one another, as it follows from itself alone: the others, none of
-    which may follow from itself without it, are written out in it. None where there is no such one."""
+def reduced(circle: list[str], groups: Groups, sizes: Indices) -> Group | None:
+    """One of the groups that follow from one another, as it follows from itself alone: the others are
+    eliminated. That is possible if they do not follow from themselves without it. None where there is none."""
     if not groups.keys() >= {*circle}:
         return None
     uses = {one: bases_in(*statements(groups[one])).intersection(circle) for one in circle}
@@ -79,8 +79,8 @@ def follower(circle: list[str], groups: Groups, sizes: Indices) -> Group | None:
             continue
         found = groups[one]
         try:
-            for lender in reversed(order):
-                found = Borrower(groups, lender, sizes).written(found)
+            for eliminated in reversed(order):
+                found = Substitution(groups, eliminated, sizes).of(found)
         except Missing:
             return None
         except (Unsuited, ExpressionError):
@@ -92,7 +92,10 @@ def follower(circle: list[str], groups: Groups, sizes: Indices) -> Group | None:
 def circles_of(uses: Mapping[str, set[str]]) -> list[list[str]]:
     """The names that follow from one another, two or more at a time; nothing where they are too many."""
     stuck = set(uses) - set(dependency_order(uses)[0])
-    users = {name: {other for other in stuck if name in uses[other]} for name in stuck}
+    users = {name: set[str]() for name in stuck}
+    for name in stuck:
+        for other in uses[name] & stuck:
+            users[other].add(name)
     stuck -= set(dependency_order(users)[0])  # what nothing follows from that is in a circle
     if len(stuck) > MOST:
         return []
@@ -121,17 +124,17 @@ def parts_of(group: Group) -> tuple[Part[Any], ...]:
     return group.parts if isinstance(group, WrittenFamily) else (Part(group, (), ()),)
 
 
-class Borrower:
-    """Writes out a ``lender``, one of the ``groups``, in what uses it."""
+class Substitution:
+    """Puts what one of the ``groups`` is in place of its name, which is ``eliminated``."""
 
-    def __init__(self, groups: Groups, lender: str, sizes: Indices) -> None:
-        self.groups, self.lender = groups, lender
-        self.parts = parts_of(groups[lender])
-        self._uses = Uses({lender: groups[lender]}, sizes)
+    def __init__(self, groups: Groups, eliminated: str, sizes: Indices) -> None:
+        self.groups, self.eliminated = groups, eliminated
+        self.parts = parts_of(groups[eliminated])
+        self._uses = Uses({eliminated: groups[eliminated]}, sizes)
         self._counts: dict[str, int] = {}
 
-    def written(self, group: Group) -> Group:
-        """A group in which the lender has been written out.
+    def of(self, group: Group) -> Group:
+        """A group without the name.
 
         Raises:
             Unsuited: where that is not possible.
@@ -144,7 +147,7 @@ class Borrower:
         return WrittenFamily(group.family, tuple(made), group.order)
 
     def _parts(self, part: Part[Any]) -> Iterator[Part[Any]]:
-        """A part, divided where its members use different parts of the lender."""
+        """A part, divided where its members use different parts of the one that is eliminated."""
         alike = self._used_alike(part)
         if alike is not None:
             yield replace(part, item=self._item(part.item, alike))
@@ -159,14 +162,14 @@ class Borrower:
             yield Part(items[key], part.indices, ranges, part.keyed)
 
     def _used_alike(self, part: Part[Any]) -> dict[int, int] | None:
-        """Which part of the lender each name of it belongs to, for all members of a part at once; None where
-        they have to be looked at one by one."""
+        """Which part each use of the name stands for, by their ids, for all members of a part at once; None
+        where they have to be looked at one by one."""
         tree, found = written_in(part.item).tree, dict[int, int]()
         if any(True for _ in sums(tree)) or calls(tree, ("where",)):
             return None
         indices: dict[str, Whole] = {**self._uses.sizes, **indices_of(part)}
         for name in names(tree):
-            if name.base != self.lender:
+            if name.base != self.eliminated:
                 continue
             try:
                 places = [integers(one, indices) for one in name.indices]
@@ -179,7 +182,7 @@ class Borrower:
         return found
 
     def _used(self, item: Written, indices: Indices) -> dict[int, int]:
-        """Which part of the lender each name of it that an item uses belongs to, by the names' ids."""
+        """The same for one member."""
         found = dict[int, int]()
         for name, place in self._uses.of(item, indices):
             which = next((k for k, part in enumerate(self.parts) if fits(part, place)), None)
@@ -188,12 +191,12 @@ class Borrower:
         return found
 
     def _item(self, item: Written, which: Mapping[int, int]) -> Any:
-        """An item in which names of the lender have been written out. Those that no member uses, in a branch
-        that is not taken, may be any of its parts."""
+        """An item without the name, which may be any of its parts where no member uses it: in a branch that
+        is not taken."""
 
         def change(one: Tree, made: tuple[Tree, ...]) -> Tree:
-            if isinstance(one, Name) and one.base == self.lender:
-                return self._written_out(one, self.parts[which.get(id(one), 0)])
+            if isinstance(one, Name) and one.base == self.eliminated:
+                return self._meaning(one, self.parts[which.get(id(one), 0)])
             return with_children(one, made)
 
         value = written_in(item)
@@ -202,8 +205,8 @@ class Borrower:
             return replace(item, fields={**item.fields, "value": value})
         return replace(item, **{"position" if isinstance(item, WrittenBody) else "value": value})
 
-    def _written_out(self, name: Name, part: Part[Any]) -> Tree:
-        """What a name of the lender stands for, as if all of it were written where the name is."""
+    def _meaning(self, name: Name, part: Part[Any]) -> Tree:
+        """What the name stands for, as if all of it were written where the name is."""
         tree, component = limited(written_in(part.item).tree), name.identifier.partition(".")[2]
         if component:
             if component not in COMPONENTS:
