@@ -67,8 +67,8 @@ def with_turns(draft: Draft, sections: tuple[str, ...], sizes: Indices) -> tuple
 
 
 def reduced(circle: list[str], groups: Groups, sizes: Indices) -> Group | None:
-    """One of the groups that follow from one another, as it follows from itself alone: the others are
-    eliminated. That is possible if they do not follow from themselves without it. None where there is none."""
+    """One of the groups that follow from one another, as it follows from itself alone: the others, which must
+    not follow from themselves without it, are eliminated. None where there is none."""
     if not groups.keys() >= {*circle}:
         return None
     uses = {one: bases_in(*statements(groups[one])).intersection(circle) for one in circle}
