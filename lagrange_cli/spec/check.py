@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.body import Body
 from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name, statements
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
@@ -21,7 +22,7 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar, counted
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.spec import Body, Coordinate, Expression, Family, Parameter, Spec, Transformation
+from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec, Transformation
 from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
