@@ -46,12 +46,8 @@ def approach(arrangement: Arrangement, terms: Sequence[Term], bounds: Array, spa
     """The text of the function, of ``families.poles.nearing``: the largest of its terms. A step has the
     length ``%h``, and ``%bounds`` has the ``bounds``."""
     f = Function(APPROACH)
-    vectors, system = DoubleVectors(f), arrangement.system
-    arrays = {
-        system.q: f.pointer("%state"),
-        system.v: f.place("%state", arrangement.degrees, "double"),
-        bounds: f.pointer("%bounds"),
-    }
+    vectors = DoubleVectors(f)
+    arrays = {**arrangement.state(f), bounds: f.pointer("%bounds")}
     evaluation = arrangement.evaluation(vectors, arrays, Real(f, "%t", 1))
     step: Operands = vectors.operand(f.splat(Real(f, "%h", 1), LANES))
     evaluation = replace(evaluation, known={**evaluation.known, span: step})

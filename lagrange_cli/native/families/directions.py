@@ -3,14 +3,12 @@ rounding errors of the velocities whose difference gives its direction."""
 
 from __future__ import annotations
 
-from lagrange_cli.families.arrays import Array
 from lagrange_cli.native.families.arrangement import Arrangement
-from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.state import Clock, StateLayout
 
 HEAD = "define internal void @allow_directions(ptr %constants, ptr %state, ptr %errors) #0"
@@ -25,14 +23,9 @@ def allow_directions(arrangement: Arrangement, state: StateLayout) -> str:
     f = Function(HEAD)
     vectors = DoubleVectors(f)
     base = arrangement.scratch(vectors)
-    arrays: dict[Array, Pointer] = {
-        arrangement.system.q: f.pointer("%state"),
-        arrangement.system.v: f.place("%state", degrees, "double"),
-    }
+    arrays = arrangement.state(f)
     totals = needed([errors], arrangement.slots, arrangement.lasting.fixed)
-    for total in totals:
-        arrays[total] = vectors.place(base, arrangement.size)
-        arrangement.size += room(total.count)
+    arrays |= arrangement.arrays(vectors, base, totals)
     time = f.load("%state", state.at(Clock.TIME)) + f.load("%state", state.at(Clock.TIME_LOW))
     arrangement.evaluation(vectors, arrays, time).write(totals)
     target = f.place("%errors", degrees, "double")

@@ -92,8 +92,7 @@ class OwnActions:
         given = "ptr noalias %constants, ptr noalias %time, ptr noalias %state, ptr noalias %results"
         f = Function(f"define internal void @{ALONE}({given}, i64 %event) #0")
         made, vectors, event = self.arrangement, DoubleVectors(f), Integer(f, "%event")
-        at = {made.system.q: f.pointer("%state"), made.system.v: f.place("%state", made.degrees, "double")}
-        evaluation = made.evaluation(vectors, at, f.load("%time"))
+        evaluation = made.evaluation(vectors, made.state(f), f.load("%time"))
         tables = evaluation.tables
         for own in self.loops:
             count = own.loop.domain.count

@@ -60,11 +60,8 @@ class AtRest(Preparation):
 
     def room_at_rest(self, vectors: Vectors, base: Pointer) -> Resting:
         """Where state and work are, the next arrays of scratch."""
-        places = []
-        for count in (2 * self.layout.width, self.at_a_state[0].work):
-            places.append(vectors.place(base, self.size))
-            self.size += room(count)
-        return Resting(*places)
+        sizes = 2 * self.layout.width, self.at_a_state[0].work
+        return Resting(*(self.taken(vectors, base, room(one)) for one in sizes))
 
     def solve_at_rest(
         self,
