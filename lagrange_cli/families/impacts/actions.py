@@ -24,6 +24,7 @@ from lagrange_cli.families.impacts.joint_contacts import apart, impacts_on_joint
 from lagrange_cli.families.impacts.reflection import EventStates, turned
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.refusals import RELATIVE
+from lagrange_cli.families.tables import in_groups
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
@@ -226,8 +227,8 @@ def simple_in(events: Events, read: Reading) -> tuple[NDArray[np.bool_], Places]
         simple[acting] = True
     else:
         counts[:] = 0
-    begins = np.repeat(left - (np.cumsum(counts) - counts), counts)
-    doing, reading = np.repeat(acting, counts), read.readers[begins + np.arange(len(begins))]
+    which, within = in_groups(counts)
+    doing, reading = acting[which], read.readers[left[which] + within]
     simple[acting[read.wide[places]]] = False
     simple[doing[doing == reading]] = False
     return simple, np.stack([doing, reading])

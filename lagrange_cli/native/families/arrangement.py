@@ -200,11 +200,9 @@ class Arrangement(Scratch):
             forces = needed([system.forces], self.slots)
             nearer = nearing(system, forces, self.bounds, self.span)
             self.poles = [replace(one, node=self.lasting.with_arrays(one)) for one in nearer]
-        everyone = np.arange(self.degrees)
-        force, mass = (
-            self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
-        )
-        self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
+        everyone = system.everyone
+        force, mass = (self.slots.own(everyone, one) for one in (self.forces, self.lasting.masses))
+        self.rates = total_of(self.degrees, [Term(everyone, force / mass, everyone.every)], self.graph)
         self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
         """M and 1/M, where M is diagonal."""
         self.rounded, self.held = None, None

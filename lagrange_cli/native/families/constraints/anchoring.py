@@ -17,7 +17,10 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.switching.anchors import anchors_of
+from lagrange_cli.families.switching.friction import gate
+from lagrange_cli.native.families.constraints.restraint import Bonded
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.families.vectors import Vectors
@@ -25,6 +28,28 @@ from lagrange_cli.native.llvm.vector import Pointer
 
 PAIR = 2
 """The coordinates that most forces hold together."""
+
+
+class Rubbing(Bonded):
+    """What is computed of forces of friction, which hold members where their ``modes`` are 0."""
+
+    def bonds_of(self, system: FamilySystem) -> Bonds:
+        assert system.modes is not None and system.modes.sticking is not None
+        self.modes = system.modes
+        return system.modes.sticking
+
+    def lasting_column(self, domain: Domain, slope: Node) -> Array:
+        """A column of A, which is constant."""
+        return self.lasting.arranged(Total(Source.TOTAL, domain.count, (Term(domain, slope, domain.every),)))
+
+    def slips(self, domain: Domain, numbers: Places) -> Node:
+        """1 where a mode is not 0."""
+        return gate(self.slots, domain, self.modes.signs, self.modes.holding[numbers])
+
+    def hold(self, domain: Domain, first: Places, second: Places) -> Node:
+        """1 where two forces hold."""
+        stuck: Node = 1.0 - self.slips(domain, first)
+        return stuck if np.array_equal(first, second) else stuck * (1.0 - self.slips(domain, second))
 
 
 class Sticking(Protocol):

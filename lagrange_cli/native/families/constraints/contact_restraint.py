@@ -30,9 +30,9 @@ class ContactRestraint(AlongMotion):
         assert isinstance(system.contact, Coupled)
         self.contact = system.contact
         slots, graph, fixed, count = system.slots, system.slots.graph, self.contact.fixed, self.contact.count
-        each, numbers = Domain(count), np.arange(count)
-        mode = slots.symbol(each, self.contact.signs, numbers)
-        gates = [Term(each, mode * mode, fixed + numbers)]
+        each = Domain(count)
+        mode = slots.own(each, self.contact.signs)
+        gates = [Term(each, mode * mode, fixed + each.every)]
         gates += [Term(Domain(fixed), graph.one, np.arange(fixed))] if fixed else []
         whole = Total(system.forces.source, fixed + count, tuple(gates))
         self.gates: Array = lasting.arranged(whole)
@@ -44,9 +44,9 @@ class ContactRestraint(AlongMotion):
         return self.contact.bonds
 
     def sides_of(self, right: Total) -> Sequence[Total]:
-        domain, every = Domain(self.count), np.arange(self.count)
-        push = self.slots.symbol(domain, self.gates, every) * self.slots.symbol(domain, right, every)
-        return [right, self.total(self.count, [Term(domain, push, every)])]
+        domain = Domain(self.count)
+        push = self.slots.own(domain, self.gates) * self.slots.own(domain, right)
+        return [right, self.total(self.count, [Term(domain, push, domain.every)])]
 
     def finished(self, rates: Total) -> Total:
         """Coordinates that rest alone have no acceleration, not even a rounding error."""
@@ -54,8 +54,7 @@ class ContactRestraint(AlongMotion):
         numbers = [one.numbers for one in self.bounds if self._alone(one)]
         if not rows:
             return rates
-        every = np.arange(self.size)
-        terms = [Term(self.everyone, self.of_all(rates), every)]
+        terms = [Term(self.everyone, self.of_all(rates), self.everyone.every)]
         for some, own in zip(rows, numbers):
             domain = Domain(len(some))
             rest = self.slots.symbol(domain, self.gates, own) * self.slots.symbol(domain, rates, some)
@@ -73,11 +72,8 @@ class ContactRestraint(AlongMotion):
         one: Node = self.slots.symbol(domain, self.gates, first)
         return one if np.array_equal(first, second) else one * self.slots.symbol(domain, self.gates, second)
 
+    def loose(self, domain: Domain) -> Node | None:
+        return 1.0 - self.slots.own(domain, self.gates)
+
     def _square(self) -> Total:
         return self.total(0, []) if self.bonds.elimination is None else super()._square()
-
-    def square_terms(self) -> list[Term]:
-        domain, numbers = Domain(self.count), np.arange(self.count)
-        places = np.array([self.entries[i, i] for i in range(self.count)])
-        free = 1.0 - self.slots.symbol(domain, self.gates, numbers)
-        return [*super().square_terms(), Term(domain, free, places)]

@@ -153,7 +153,7 @@ class Balance(NodeArrays):
         if relative is None or shifted is None:
             return
         for one in relative.driven:
-            every = np.arange(one.domain.count)
+            every = one.domain.every
             (own,) = self.total(one.domain.count, [Term(one.domain, one.shift, every)]).terms
             term = Term(one.domain, graph.ddt(graph.ddt(own.node)), one.rows)
             yield Local(one.domain, [(term, shifted)], 0, [], [], [])
@@ -238,7 +238,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
     def simple(node: Node) -> Node:
         """The same with arrays in place of what is constant."""
         (term,) = arranged(
-            Total(Source.TOTAL, kind.domain.count, (Term(kind.domain, node, kind.every),))
+            Total(Source.TOTAL, kind.domain.count, (Term(kind.domain, node, kind.domain.every),))
         ).terms
         return term.node
 
@@ -248,7 +248,8 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
     work = [graph.zero for _ in kind.bends]
     moved = [(move, kind.at, balance.rest[c], balance.strain[c]) for c, move in enumerate(joints.moves)]
     moved += [
-        (weight.move, kind.every, kind.rest[s], kind.strain[s]) for s, weight in enumerate(joints.weights)
+        (weight.move, kind.domain.every, kind.rest[s], kind.strain[s])
+        for s, weight in enumerate(joints.weights)
     ]
     pushed = [] if touched is None else [kind.at_rows(touched.pushed, b) for b in kind.bends]
     for k, (move, places, rest, strain) in enumerate(moved):
@@ -280,7 +281,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
             terms.append((term, touched.gained))
     for b, node in enumerate(work):
         if not node.is_zero:
-            terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))
+            terms.append((Term(kind.domain, simple(node), kind.domain.every), kind.missing[b]))
     change = [kind.own(one) for one in kind.change]
     if touched is not None:
         change = [kind.at_rows(touched.of_joints, b) for b in kind.bends]
