@@ -13,7 +13,7 @@ from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
-from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
+from lagrange_cli.native.families.constraints.contacts import ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import factors_of
 from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.constraints.equations import (

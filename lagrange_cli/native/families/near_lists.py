@@ -19,7 +19,7 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.member_lists import ListWriter, MemberList
 from lagrange_cli.native.families.nearness import NEAR_HEAD, Enclosure, Watch, enclosed, write_radii
 from lagrange_cli.native.families.stage import SeriesWriter
-from lagrange_cli.native.families.tables import lanes, place_at
+from lagrange_cli.native.families.tables import before, place_at
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.state import vectors_of
@@ -185,8 +185,7 @@ class ListJet(BesideJet):
 
     def _behind(self, i: Integer) -> Bit:
         """Which of eight rows are none of coordinates."""
-        f = self.f
-        return ~(f.splat(i, LANES) + lanes(f) < f.splat(f.count(self.degrees), LANES))
+        return ~before(self.f, i, self.f.count(self.degrees))
 
     def _many(self) -> Bit:
         """Whether there are too many candidates."""

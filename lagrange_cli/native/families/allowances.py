@@ -1,4 +1,9 @@
-"""``@allow_static`` of systems of families (see ``native.stepping.static_forces``)."""
+"""What the acceptance of a step allows accelerations because of rounding.
+
+``@allow_static`` is for forces that cancel at rest (see ``native.stepping.static_forces``),
+``@allow_directions`` for friction along vectors, which is known to the rounding errors of the velocities
+whose difference gives its direction.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +21,7 @@ from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.static_forces import HEAD, UNITS
 from lagrange_cli.native.stepping.step_size import ENDLESS
 
@@ -92,4 +97,32 @@ def allow(f: Function, degrees: int, units: float, of: Callable[[Integer, int], 
         known = f.select(error < ENDLESS, error, f.zero(lanes))
         f.store_row(f.load_row(allowed, i, lanes) + known, allowed, i)
 
-    in_vectors(f, (f.count(0), f.count(degrees)), add)
+    in_vectors(f, degrees, add)
+
+
+DIRECTIONS = "define internal void @allow_directions(ptr %constants, ptr %state, ptr %errors) #0"
+
+
+def allow_directions(arrangement: Arrangement, state: StateLayout) -> str:
+    """The text of the function, which adds to the ``%errors`` at the rows of velocities; none where no
+    friction acts along differences of velocities. (Steps on rates measure these errors.)"""
+    errors, degrees = arrangement.blurred, arrangement.degrees
+    if errors is None or arrangement.kind is not DoubleVectors:
+        return ""
+    f = Function(DIRECTIONS)
+    vectors = DoubleVectors(f)
+    base = arrangement.scratch(vectors)
+    arrays = arrangement.state(f)
+    totals = needed([errors], arrangement.slots, arrangement.lasting.fixed)
+    arrays |= arrangement.arrays(vectors, base, totals)
+    time = f.load("%state", state.at(Clock.TIME)) + f.load("%state", state.at(Clock.TIME_LOW))
+    arrangement.evaluation(vectors, arrays, time).write(totals)
+    target = f.place("%errors", degrees, "double")
+
+    def add(i: Integer, lanes: int) -> None:
+        error = f.magnitude(f.load_row(arrays[errors], i, lanes))
+        f.store_row(f.load_row(target, i, lanes) + error, target, i)
+
+    in_vectors(f, degrees, add)
+    f.give()
+    return f.text()
