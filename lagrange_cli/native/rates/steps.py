@@ -52,8 +52,6 @@ class Trial:
 class RateSteps(RatesAtNodes):
     """What these steps are made of."""
 
-    order: int
-    """The degree of q's polynomials."""
     implicit = False
     """Whether it needs ``Given.coupling``."""
     patience = 0
@@ -186,10 +184,6 @@ class RateSteps(RatesAtNodes):
         with f.when(h > left), f.when(self.retried(f, left) > 0.0):
             length.set(left)
         return length.get()
-
-    def retried(self, f: Function, exact: Real) -> Real:
-        """A call of ``@tried``."""
-        return f.call(Real, "tried", *f.pointers("constants", "state", "work"), exact)
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.watching
