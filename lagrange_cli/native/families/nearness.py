@@ -203,7 +203,7 @@ class NearSeries(SeriesWriter):
             super().eight(bases, length, j, fixed, added)
 
 
-class NearJet(BesideJet):
+class WatchedJet(BesideJet):
     """The series of those arguments that may be 0 within ``%h``."""
 
     head = NEAR_HEAD
@@ -212,6 +212,10 @@ class NearJet(BesideJet):
     def __init__(self, watch: Watch, integrands: Total, motion: SeriesJet, name: str) -> None:
         self.watch = watch
         super().__init__(integrands, motion, name)
+
+
+class NearJet(WatchedJet):
+    """These series, whose arguments are found anew in each step."""
 
     def prepared(self) -> Sequence[Total]:
         totals = super().prepared()
