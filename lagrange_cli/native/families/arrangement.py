@@ -114,7 +114,6 @@ class Arrangement(Scratch):
             self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
         self.factors = factors_of(system, self.lasting, self.tables)
         """Those of M, or of the matrix with constraints, where M is not diagonal."""
-        lasts = self.factors is not None
         self.motion: AlongMotion | None = None
         self.closure: Closure | None = None
         self.balance = self.sticking = self.touch = None
@@ -133,7 +132,7 @@ class Arrangement(Scratch):
         elif isinstance(self.contact, Coupled):
             self.motion = ContactRestraint(system, self.lasting)
         elif system.bonds is not None:
-            self.motion = along_motion(system, self.lasting, lasts=lasts)
+            self.motion = along_motion(system, self.lasting)
         elif self.modes is not None and self.modes.sticking is not None:
             self.sticking = Sticking(system, self.lasting)
         if self.balance is not None and isinstance(self.contact, Coupled):
@@ -143,7 +142,7 @@ class Arrangement(Scratch):
         if self.closure is not None and system.bonds is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         bound = self.motion is not None and system.bonds is not None
-        self.moves = moves_of(system, self.lasting, lasts=lasts) if bound and stepping else None
+        self.moves = moves_of(system, self.lasting) if bound and stepping else None
         self.impulses: Impulses | None = None
         if self.events is not None and self.events.pushing is not None and self.events.pushing.any():
             self.impulses = Impulses(system, self.lasting)
@@ -180,7 +179,7 @@ class Arrangement(Scratch):
         solved = {system.accelerations, system.bonds.multipliers if system.bonds else None}
         if not solved.isdisjoint(needed(self.roots, self.slots)):
             if self.balance is None:
-                self.pulled = at_a_state(sampled, self.lasting, lasts=lasts)
+                self.pulled = at_a_state(sampled, self.lasting)
             elif closed is not None and sampled is not system:
                 self.resting = Closure(sampled, self.lasting)
             elif sampled is not system:
@@ -213,7 +212,7 @@ class Arrangement(Scratch):
             self.rounded = rounding_at_rest(system, pulled=pulled)
             if self.rounded is not None:
                 self.rounded = self.lasting.arranged(self.rounded, kept=False)
-                self.held = at_a_state(system, self.lasting, lasts=lasts) if pulled else None
+                self.held = at_a_state(system, self.lasting) if pulled else None
         self.blurred: Total | None = None
         """The rounding errors of accelerations by friction along differences of velocities."""
         if self.modes is not None and self.modes.errors is not None and stepping:

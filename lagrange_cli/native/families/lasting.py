@@ -23,6 +23,8 @@ class Lasting:
         self.fixed: dict[Array, None] = {}
         """Totals that are constants of the motion, in the order of their computation."""
         self.changed: dict[Total, Total] = {}
+        self.matrix = False
+        """Whether the matrix of M and constraints lasts, where M is not diagonal."""
 
     @cached_property
     def masses(self) -> Total:

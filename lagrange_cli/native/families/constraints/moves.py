@@ -117,8 +117,7 @@ class Moves(Offsets):
 class MovesTogether(Offsets, Together):
     """The same where M is not diagonal: both are found with their forces of constraint."""
 
-    def __init__(self, system: FamilySystem, lasting: Lasting, *, lasts: bool) -> None:
-        self.lasts = lasts
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.moved = self.solution
         numbers = range(len(self.bounds))

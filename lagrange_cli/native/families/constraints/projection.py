@@ -72,6 +72,15 @@ class Residuals(Writer):
         return careful_values(self, nodes, known, lambda one: {**one.fixed(bases), **one.changing(bases, j)})
 
 
+def write_residuals(moves: Offsets, evaluation: Evaluation, fine: Variable[Bit]) -> None:
+    """By how much all constraints are off, and their slopes; whether those of one term are ``fine``."""
+    slopes = [one for some in moves.columns for one in some]
+    sizes = moves.sizes if len(moves.bonds.summed) else ()
+    evaluation.clear(added([moves.off, moves.off_speeds, *slopes, *sizes], moves.loops))
+    for number, _ in enumerate(moves.bounds):
+        Residuals(moves, evaluation, number, fine).write()
+
+
 @dataclass(frozen=True)
 class Projection:
     """Writes ``@project(constants, state)``, in the function of the ``evaluation``. There is room at
@@ -89,12 +98,8 @@ class Projection:
         moves, evaluation = self.moves, self.evaluation
         f = evaluation.f
         fine = f.variable(Bit(f, "true", 1))
-        slopes = [one for some in moves.columns for one in some]
         summed = moves.bonds.summed.tolist()
-        totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
-        evaluation.clear(added(totals, moves.loops))
-        for number, _ in enumerate(moves.bounds):
-            Residuals(moves, evaluation, number, fine).write()
+        write_residuals(moves, evaluation, fine)
         if summed:
             self._judge(summed, fine)
         with f.when(~fine.get()):

@@ -25,12 +25,12 @@ class Together(Restraint):
     """The totals: ``solution`` has the accelerations, or other changes of coordinates, and behind them the
     multipliers. If the matrix ``lasts``, it is that of ``lasting_entries``."""
 
-    lasts: bool
     definite = False
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         assert system.saddle is not None
         self.saddle: SaddlePoint = system.saddle
+        self.lasts = lasting.matrix
         self.solution = Array(Source.TOTAL, self.saddle.count)
         super().__init__(system, lasting)
 
@@ -94,8 +94,7 @@ class TogetherAtAState(Together):
         """What is solved for."""
         return self.system.accelerations, self.bonds.multipliers
 
-    def __init__(self, system: FamilySystem, lasting: Lasting, *, lasts: bool) -> None:
-        self.lasts = lasts
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         forces = lasting.arranged(system.forces, kept=False)
         self.right = self.whole(forces, {b: self.rate(one.speed) for b, one in enumerate(self.bounds)})
@@ -117,10 +116,6 @@ class FreeAtAState:
 class TogetherAlongMotion(Together, AlongMotion):
     """Those of the equations of motion, of order k: A^T lambda without what is newest in it is added to the
     ``forces``."""
-
-    def __init__(self, system: FamilySystem, lasting: Lasting, *, lasts: bool) -> None:
-        self.lasts = lasts
-        super().__init__(system, lasting)
 
     def arrange(self) -> None:
         self.right = self.whole(self.forces, {}, more=self.rest)
