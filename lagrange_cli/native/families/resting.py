@@ -64,7 +64,7 @@ class AtRest(Preparation):
         stride: Integer,
         solved: dict[Total, Array],
     ) -> None:
-        """What is ``solved`` at a sample, whose state is copied for the jet; ``at`` are its places and those of
+        """What is ``solved`` at a sample, whose state is copied for the jet; ``at`` are the places of that and of
         its work."""
         f, vectors, jet, (state, work) = evaluation.f, evaluation.vectors, self.at_a_state[0], at
         for part in range(vectors.parts):
