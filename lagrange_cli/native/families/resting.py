@@ -64,8 +64,8 @@ class AtRest(Preparation):
         stride: Integer,
         solved: dict[Total, Array],
     ) -> None:
-        """What is ``solved`` at a sample, whose state is copied for the jet; ``at`` are the places of that and of
-        its work."""
+        """What is ``solved`` at a sample, whose state is copied for the jet. ``at`` is where that is, and where
+        its work is."""
         f, vectors, jet, (state, work) = evaluation.f, evaluation.vectors, self.at_a_state[0], at
         for part in range(vectors.parts):
             before, target = part * self.sample_rows, part * self.layout.width
