@@ -64,8 +64,8 @@ class AtRest(Preparation):
         stride: Integer,
         solved: dict[Total, Array],
     ) -> None:
-        """What is ``solved`` at a sample, whose state is copied for the jet. ``at`` is where that is, and where
-        its work is."""
+        """What is ``solved`` at a sample, whose state is copied for the jet, to the first place ``at``
+        scratch; the second one is for its work."""
         f, vectors, jet, (state, work) = evaluation.f, evaluation.vectors, self.at_a_state[0], at
         for part in range(vectors.parts):
             before, target = part * self.sample_rows, part * self.layout.width
