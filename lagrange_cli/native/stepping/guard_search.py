@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
-from lagrange_cli.native.stepping.stopping import Searched, first_stopped
+from lagrange_cli.native.stepping.stopping import first_stopped
 from lagrange_cli.records import dataclass
 
 NO_GUARD = -1
@@ -177,8 +177,8 @@ class GuardSearch:
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
         close = max(self.close, STOPPED[self.layout.parts - 1])
-        searched = Searched(rows, self.lengths, layout, self.interpolated)
-        first_stopped(searched, f, close, earliest, which)
+        guards = rows, layout, self.lengths
+        first_stopped(f, guards, close, earliest, which, interpolated=self.interpolated)
         for k, guard in enumerate(rows.guards):
             if guard.parts and guard.multiplier and not guard.alone:
                 with f.when(self._stopped(f, k)):

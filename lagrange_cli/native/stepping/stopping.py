@@ -10,20 +10,9 @@ from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.records import dataclass
 
 AROUND = 16.0
 """Steps on rates may go to and fro about 0, with so many times their errors; then the vector stops."""
-
-
-@dataclass(frozen=True)
-class Searched:
-    """The guards, and where their arguments and modes are; whether series are interpolated."""
-
-    rows: GuardRows
-    lengths: Lengths
-    layout: StateLayout
-    interpolated: bool
 
 
 def stopping(rows: GuardRows) -> list[int]:
@@ -38,24 +27,31 @@ def stopping_tables(rows: GuardRows) -> list[str]:
 
 
 def first_stopped(
-    search: Searched, f: Function, part: float, earliest: Variable[Real], which: Variable[Integer]
+    f: Function,
+    guards: tuple[GuardRows, StateLayout, Lengths],
+    part: float,
+    earliest: Variable[Real],
+    which: Variable[Integer],
+    *,
+    interpolated: bool,
 ) -> None:
     """Set the ``earliest`` time to 0 where one of them is at most this ``part`` of the fastest velocity, and
-    becomes shorter."""
-    rows, lengths, listed = search.rows, search.lengths, stopping(search.rows)
+    becomes shorter; arguments may be ``interpolated`` polynomials."""
+    rows, layout, lengths = guards
+    listed = stopping(rows)
     if not listed:
         return
-    part *= AROUND if search.interpolated else 1.0
+    part *= AROUND if interpolated else 1.0
     fastest = f.variable(f.zero(lengths.lanes))
     with lengths.velocities(f) as row:
         fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
-    near, t = lengths.gather(f, "fmax", fastest.get()) * part, f.load("%state", search.layout.time)
+    near, t = lengths.gather(f, "fmax", fastest.get()) * part, f.load("%state", layout.time)
     with f.loop(0, len(listed), tested=False) as i:
         k = f.load_integer("@stopping", i)
-        slides = f.load("%state", k + rows.mode(search.layout)) > 0.0
+        slides = f.load("%state", k + rows.mode(layout)) > 0.0
         place = lengths.place(f, f.load_integer("@guard_rows", k))
         least = f.variable(near)
-        if search.interpolated:  # beside what it loses in all the time, too: the others may be at rest
+        if interpolated:  # beside what it loses in all the time, too: the others may be at rest
             change = f.constant(0.0)  # rates of values that are rounded are nothing
             for m in reversed(range(2, lengths.order)):
                 change = f.fused(change, Real(f, "%h"), f.load(place, m * lengths.term) * float(m))
