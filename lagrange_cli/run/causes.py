@@ -51,7 +51,7 @@ ALPHA = 0.125, 8.0
 BENT = -0.125
 """Below this x x''/x'^2 = 1 - 1/alpha, the velocity is infinite where x is 0."""
 STEEP = 64.0
-"""Beyond this size of x x''/x'^2, where the velocity grows, x hardly changes until the velocity is infinite."""
+"""Beyond this size of x x''/x'^2, x hardly changes until a growing velocity is infinite."""
 
 
 @dataclass(frozen=True)
