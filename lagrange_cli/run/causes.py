@@ -233,6 +233,7 @@ def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str
             continue
         bend = 2.0 * half * size / rate / rate
         outward = size * rate > 0.0
+        left: float | None
         if rate * half > 0.0 and abs(bend) > STEEP:  # x ends elsewhere, and its velocity as 1/(T - t)^p
             left, name = rate / (2.0 * half), velocity_name(one.name)
         elif outward and bend > 1.0:  # as 1/(T - t)^p
