@@ -12,8 +12,8 @@ from lagrange_cli.model.build import build_model
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.symbolic import grouping, kinks
 from lagrange_cli.symbolic.derive import derive_equations
-from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.layouts import as_text
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.work import VISITS, counting
