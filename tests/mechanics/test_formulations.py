@@ -249,7 +249,7 @@ def test_a_cyclic_coordinate_of_constant_inertia_leaves_those_that_it_is_coupled
 
 
 def test_what_occurs_twice_in_a_velocity_counts_once_in_its_square():
-    """A plank rocks on a cylinder: R*cos(th)*th_dot occurs in (R + h)*cos(th)*th_dot, and with a minus sign."""
+    """A plank rocks on a cylinder: R*cos(th)*th_dot occurs in (R + h)*cos(th)*th_dot, and is subtracted."""
     plank = """
     parameters: {R: 0.5, h: 0.02, I: 0.1}
     coordinates: {th: {initial: 0.6, velocity: 1}}
