@@ -33,7 +33,10 @@ def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]]) -> Node | N
         terms = monomials(graph, component)
         if terms is None or len(products) + len(terms) ** 2 > LONGEST:
             return None
-        for (a, x), (b, y) in combinations_with_replacement(terms, 2):
+        collected: dict[Node, float] = {}  # as in (R + h)*v - R*v: a square takes each monomial once
+        for one, coefficient in terms:
+            collected[one] = collected.get(one, 0.0) + coefficient
+        for (a, x), (b, y) in combinations_with_replacement(collected.items(), 2):
             weight = x * y * (0.5 if a is b else 1.0)
             products.append((graph.product([(mass, 1), (a, 1), (b, 1)]), weight))
     return graph.sum(products)

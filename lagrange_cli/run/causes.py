@@ -50,6 +50,8 @@ ALPHA = 0.125, 8.0
 """Powers of the time that is left that an argument may follow."""
 BENT = -0.125
 """Below this x x''/x'^2 = 1 - 1/alpha, the velocity is infinite where x is 0."""
+STEEP = 64.0
+"""Beyond this size of x x''/x'^2, x hardly changes until a growing velocity is infinite."""
 
 
 @dataclass(frozen=True)
@@ -221,7 +223,7 @@ def text(expression: Expression, tree: Tree) -> str:
 
 
 def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:
-    """The time until coordinates are infinite, or 0 with an infinite velocity, and a message for each."""
+    """The time until coordinates or their velocities are infinite, and a message for each."""
     from lagrange_cli.symbolic.direct import power
 
     for one in spec.coordinates:
@@ -231,7 +233,10 @@ def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str
             continue
         bend = 2.0 * half * size / rate / rate
         outward = size * rate > 0.0
-        if outward and bend > 1.0:  # as 1/(T - t)^p
+        left: float | None
+        if rate * half > 0.0 and abs(bend) > STEEP:  # x ends elsewhere, and its velocity as 1/(T - t)^p
+            left, name = rate / (2.0 * half), velocity_name(one.name)
+        elif outward and bend > 1.0:  # as 1/(T - t)^p
             left, name = time_left(power(value, -1.0), 0.0), one.name
         elif not outward and bend < BENT:  # as (T - t)^alpha with alpha < 1
             left, name = time_left(value, 0.0), velocity_name(one.name)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from lagrange_cli.errors import Problem
     from lagrange_cli.expression.arrays import Array
@@ -59,8 +59,8 @@ def unused_names(spec: Spec) -> tuple[Problem, ...]:
 
 
 def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Problem, ...]:
-    """A warning where Rayleigh's function D is odd in a velocity, or where it is negative: at random states
-    with velocities of all sizes, for systems of up to ``MOST`` coordinates."""
+    """A warning where Rayleigh's function D contains no velocity, is odd in one, or is negative: at random
+    states with velocities of all sizes, for systems of up to ``MOST`` coordinates."""
     given = [*spec.forces.get("dissipation", {}).values()]
     if not given or len(spec.coordinates) > MOST:
         return ()
@@ -96,6 +96,8 @@ def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Proble
         hint = f"Rayleigh's function is usually a sum of squares, as in c*{name}**2/2"
         return (Source(spec.filename, spec.text).problem(given[0].place, message, hint),)
 
+    if function.symbols and not any(v.symbols & function.symbols for v in speeds.values()):
+        return problem("the dissipation contains no velocity: it exerts no force", next(iter(speeds)))
     zero, sizes = value(rest), np.logspace(-2, 8, STATES)
     with np.errstate(all="ignore"):
         for name in (name for name, v in speeds.items() if v.symbols & function.symbols):
@@ -113,6 +115,12 @@ def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Proble
         if len(change) and (change < 0).all():
             return problem("the dissipation is negative: its forces drive the motion", next(iter(speeds)))
     return ()
+
+
+def tell_dissipation(spec: Spec, parameters: Mapping[str, float], tell: Callable[[str], None]) -> None:
+    """Report dissipation that does not brake, in one line."""
+    for problem in odd_dissipation(spec, parameters):
+        tell(f"{spec.filename}: warning: {problem.message}; {problem.hint}")
 
 
 def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:

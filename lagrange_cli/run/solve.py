@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import origin, units_of
+from lagrange_cli.run.doubtful import tell_dissipation
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.motion import Motion, Ready, follow, initial_state, prepare_all
 from lagrange_cli.run.prepare import prepare_run
@@ -103,6 +104,7 @@ def integrate_and_write(
         if stream is None:
             layout.check_size(ready.times.count)
     tell_empty(ready.motion.spec, ready.motion.settings, monitor.tell)
+    tell_dissipation(ready.motion.spec, ready.motion.values.parameters, monitor.tell)
     if request.format == CSV:
         from lagrange_cli.run.tabulate import tabulate
 

@@ -20,10 +20,12 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.work import COUNTER, charge, check_size, size_of
+from lagrange_cli.symbolic.work import COUNTER, attempt, charge, check_size, size_of
 
 LONGEST = 5000
 """Terms and factors beyond which an expression is not multiplied out where that makes it longer."""
+MOST_WORK = 2_000_000
+"""The largest work for grouping one expression: what takes more becomes longer, or no easier to read."""
 FEWEST_IN_POWER = 3
 """Terms of the square of a sum, at least."""
 MOST_FACTORED, HIGHEST_FACTORED = 60, 12
@@ -36,8 +38,10 @@ def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
     """The expression, contracted and grouped; unchanged if that is too much work, or too long to read."""
     check_size(expression)
     try:
-        grouped = group(contract(to_terms(expression)), order)
+        grouped = attempt(MOST_WORK, lambda: group(contract(to_terms(expression)), order))
     except TooLargeError:
+        return expression
+    if grouped is None:
         return expression
     longer = size_of(grouped) > max(LONGEST, size_of(expression))
     return expression if longer else check_size(grouped)

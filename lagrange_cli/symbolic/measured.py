@@ -12,6 +12,7 @@ import numpy as np
 
 from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.records import dataclass
+from lagrange_cli.symbolic.inverses import nearly_inverse, refined
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,12 @@ def solve_measured(
     """The solution of M a = f; its scale is |M^-1| (|M| |a| + |f|), after Skeel. It is the least of all
     solutions where rows are ``dependent``."""
     values = mpmath.matrix([[entry.value for entry in row] for row in matrix])
-    inverse = pseudoinverse(values) if dependent else values**-1
-    n = len(force)
-    solution = [sum(inverse[i, k] * force[k].value for k in range(n)) for i in range(n)]
+    n, nearly = len(force), None if dependent else nearly_inverse(values)
+    if nearly is None:
+        inverse = pseudoinverse(values) if dependent else values**-1
+        solution = [sum(inverse[i, k] * force[k].value for k in range(n)) for i in range(n)]
+    else:
+        inverse, solution = nearly, refined(values, nearly, [one.value for one in force])
     slack = [force[k].scale + sum(matrix[k][j].scale * abs(solution[j]) for j in range(n)) for k in range(n)]
     return [Measured(solution[i], sum(abs(inverse[i, k]) * slack[k] for k in range(n))) for i in range(n)]
 

@@ -9,10 +9,8 @@ from typing import Any
 
 import mpmath
 
+from lagrange_cli.symbolic.inverses import inverse_of, is_singular
 from lagrange_cli.symbolic.measured import Measured, are_dependent, pseudoinverse
-
-SINGULAR = 1e-20
-"""With 30 digits, the determinant of a regular matrix is a larger part of the product of its diagonal."""
 
 Rows = Sequence[Sequence[Measured]]
 
@@ -46,7 +44,7 @@ def by_norms(
             return [*unknowns]
         for row, b in zip(slopes, rates, strict=True):
             applied = [size + weight * abs(entry.value * b.value) for size, entry in zip(applied, row)]
-    inverse = matrix**-1
+    inverse = inverse_of(matrix)
     acting = [
         size + sum(abs(column[k].value * one.value) for column, one in zip(columns, multipliers, strict=True))
         for k, size in enumerate(applied)
@@ -56,7 +54,7 @@ def by_norms(
         effective = values(slopes) * inverse * values(slopes).T
         if not are_dependent(slopes) and is_singular(effective):
             return [*unknowns]
-        effective = pseudoinverse(effective) if are_dependent(slopes) else effective**-1
+        effective = pseudoinverse(effective) if are_dependent(slopes) else inverse_of(effective)
         sizes += bounds(effective, norm(inverse, applied) + norm(effective, [abs(b.value) for b in rates]))
     return [Measured(own.value, max(own.scale, size)) for own, size in zip(unknowns, sizes, strict=True)]
 
@@ -64,12 +62,6 @@ def by_norms(
 def values(rows: Rows) -> Any:
     """The matrix of the values."""
     return mpmath.matrix([[entry.value for entry in row] for row in rows])
-
-
-def is_singular(matrix: Any) -> bool:
-    """Whether a symmetric matrix is singular up to rounding: its determinant vanishes beside its diagonal."""
-    size = mpmath.fprod(abs(matrix[k, k]) for k in range(matrix.rows))
-    return not abs(mpmath.det(matrix)) > SINGULAR * size
 
 
 def norm(inverse: Any, vector: Sequence[Any]) -> Any:

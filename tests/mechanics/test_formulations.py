@@ -246,3 +246,23 @@ def test_a_cyclic_coordinate_of_constant_inertia_leaves_those_that_it_is_coupled
         assert motion.outcome.h_drift < 1e-13
         ends.append(np.concatenate([motion["q/x"], motion["q/theta"]]))
     assert np.abs(ends[0] - ends[1]).max() < 1e-12
+
+
+def test_what_occurs_twice_in_a_velocity_counts_once_in_its_square():
+    """A plank rocks on a cylinder: R*cos(th)*th_dot occurs in (R + h)*cos(th)*th_dot, and is subtracted."""
+    plank = """
+    parameters: {R: 0.5, h: 0.02, I: 0.1}
+    coordinates: {th: {initial: 0.6, velocity: 1}}
+    bodies:
+      plank:
+        mass: 1
+        inertia: [I, I, I]
+        position: (R + h)*(sin(th), cos(th), 0) - R*th*(cos(th), -sin(th), 0)
+        orientation: {euler: [-th, 0, 0]}
+    potential: 9.81*plank.y
+    """
+    forms = {name: motion(form, plank, 3.0) for name, form in each_formulation(plank).items()}
+    h = forms["kinetic energy"]["diagnostics/h"]
+    assert np.max(np.abs(h - h[0])) <= 1e-13
+    for path in ("q/th", "v/th"):
+        assert forms["kinetic energy"][path] == pytest.approx(forms["embedding"][path], abs=1e-12)

@@ -38,6 +38,7 @@ LOG = fall(lambda x: 1 + mpmath.log(3 / (3 + mpmath.mpf("1.7") * x)) / 2, mpmath
 ROOT = fall(lambda x: 1 + (mpmath.sqrt(2 - x) - mpmath.sqrt(2)) / 2, 0, 2)
 TAN = fall(lambda x: 1 + mpmath.tan(x) / 2, 0, HALF_PI)
 FREE_FALL = math.pi / math.sqrt(8)
+CHAIN = fall(lambda x: (x * (2 - x) - 0.0975) / (1 - x), 0.05, 1)
 ENDS = {
     "log": (line(-1, "x_dot**2/2 - log(3 + 1.7*x)/4"), "3 + 1.7*x reaches 0 in log(3 + 1.7*x) (line 2)", LOG),
     "root": (line(1, "x_dot**2/2 + sqrt(2-x)/4"), "2-x reaches 0 in sqrt(2-x) (line 2)", ROOT),
@@ -63,6 +64,7 @@ ENDS = {
         "1 - y reaches 1 in acos(1 - y) (line 3)",
         None,
     ),
+    "folded chain": (line(0, "(1 - x)*x_dot**2 + x*(2 - x)", 0.05), "x_dot grows without bound", CHAIN),
     "no mass": (line(-1, "x**4*x_dot**2/2", 1), "x_dot grows without bound", 1 / 3),
     "beside what stays 0": (
         line(1, "x_dot**2/2 + 1e-12/(1 - x) - 10*max(0, x - 3)**1.5"),

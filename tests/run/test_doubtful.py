@@ -7,6 +7,7 @@ import pytest
 from lagrange_cli.run.doubtful import odd_dissipation
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from tests.support.command import lagrange
 
 SYSTEM = """\
 parameters: {{c: 0.1, u: 5}}
@@ -45,6 +46,18 @@ def test_forces_that_drive_the_motion_everywhere_are_named():
     assert found("-c*(x_dot**2 + y_dot**2)/2") == ["the dissipation is negative: its forces drive the motion"]
 
 
+@pytest.mark.parametrize("dissipation", ["c", "c*x**2/2", "c*y/(1 + t**2)"])
+def test_dissipation_without_velocities_is_named(dissipation):
+    assert found(dissipation) == ["the dissipation contains no velocity: it exerts no force"]
+
+
+@pytest.mark.parametrize("command", ["solve", "sweep --over u=1,2", "section --where x --crossings 1"])
+def test_a_motion_that_nothing_brakes_is_reported(command, tmp_path):
+    (tmp_path / "a.yaml").write_text(SYSTEM.format(dissipation="c*x"))
+    done = lagrange(*command.split(), "a.yaml", "--stop", 1, cwd=tmp_path)
+    assert "a.yaml: warning: the dissipation contains no velocity: it exerts no force; " in done.stderr
+
+
 @pytest.mark.parametrize(
     "dissipation",
     [
@@ -61,7 +74,6 @@ def test_forces_that_drive_the_motion_everywhere_are_named():
         "log(cosh(x_dot))",
         "where(x_dot > 0, c*x_dot, -u*x_dot)",
         "x_dot*tanh(x_dot/0.01)",
-        "c",
     ],
 )
 def test_friction_of_every_kind_passes(dissipation):

@@ -10,10 +10,12 @@ from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.limits import Work
 from lagrange_cli.model.build import build_model
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.symbolic import kinks
+from lagrange_cli.symbolic import grouping, kinks
 from lagrange_cli.symbolic.derive import derive_equations
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.layouts import as_text
+from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.work import VISITS, counting
 from tests.support.systems import derived
 
@@ -107,3 +109,16 @@ def test_the_sign_of_a_maximum_is_examined_once(monkeypatch):
             "coordinates: [x, y]\nlagrangian: x_dot**2*(1 + max(0, x)*y)/2 + y_dot**2*(2 + max(0, -x))/2\n"
         )
     assert examined and len(examined) == len(set(examined))
+
+
+def test_what_is_too_much_work_to_group_is_printed_as_it_is(monkeypatch):
+    x, y = sympy.symbols("x y")
+    order = Order({x: (Role.COORDINATE, 0), y: (Role.COORDINATE, 1)})
+    long = sympy.Add(*((x + k) * (y + k**2) for k in range(1, 20)))
+    with counting():
+        grouped = tidy(long, order)
+    monkeypatch.setattr(grouping, "MOST_WORK", 100)
+    with counting(work := Work()):
+        assert tidy(long, order) == long != grouped
+    assert 100 < work.spent < 1000
+    assert (long - grouped).expand() == 0
