@@ -62,6 +62,8 @@ class Sliding(Drag):
         motion goes on."""
         before, reached = self.memory.copy(), self.modes[j] == 0.0
         self.begin_steps()
+        if not reached:
+            self._move_to_zero(j)
         self._stop(j)
         self.modes[j] = 0.0
         vectors = self.vectors()
@@ -90,6 +92,20 @@ class Sliding(Drag):
         t = -excess / rate if rate else np.inf
         if abs(t) <= SOON * abs(self.memory[self._layout.time]):
             self._move(t, self._rates_of_rows())
+
+    def _move_to_zero(self, j: int) -> None:
+        """Move to where a vector is 0, which is near: steps on rates end before, as friction has no direction
+        there."""
+        self._series()
+        u, rate = self._coefficients(self._rows.first + j)[:2]
+        t = -u / rate if rate < 0.0 < u else 0.0
+        if not t or self.memory[self._layout.time] + t >= self.end:
+            return
+        before = self.memory.copy()
+        self._move(t, self._rates_of_rows())
+        self.modes[j] = 0.0
+        if not self._on_their_sides():
+            self.memory[:] = before
 
     def _stop(self, j: int) -> None:
         """Take a vector away that is 0 up to rounding, as friction does."""

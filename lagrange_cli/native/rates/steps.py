@@ -83,7 +83,7 @@ class RateSteps(RatesAtNodes):
         if self.guards:
             assert given.guards
             self.guards = replace(self.guards, interpolated=True, close=self.close)
-            self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
+            self.watching = Watching(self, places, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
         made = [*self.acceptance(), *self.helpers(), self.rounding.function(), self._tried(), self._carry()]
