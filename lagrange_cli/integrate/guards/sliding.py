@@ -62,7 +62,7 @@ class Sliding(Drag):
         motion goes on."""
         before, reached = self.memory.copy(), self.modes[j] == 0.0
         self.begin_steps()
-        if not reached:
+        if not reached and self.machine.program.carried:
             self._move_to_zero(j)
         self._stop(j)
         self.modes[j] = 0.0

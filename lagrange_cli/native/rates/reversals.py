@@ -22,9 +22,11 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from lagrange_cli.native.rates.watching import Trials
 
-ASIDE = 2.0**-50
+ASIDE, ALLOWED = 2.0**-48, 0.25
 """What is left of u where it turns round is nothing up to this part of the velocities that it is made of, or
-of what u loses in the longest step."""
+of what u loses in the longest step, or up to this part of the tolerance."""
+RESOLVED = 2.0**-50
+"""And up to this part of what it would lose in all the time, which is rounded."""
 TURNS = 0.25
 """If what is left is a larger part of that in the beginning, u has just turned, as anything may."""
 BEFORE = 0.75
@@ -83,7 +85,9 @@ class Reversals:
         """Up to where a step may go that comes to the ``root`` of a guard."""
         if not self.any:
             return root
-        return f.select(f.load_integer("@guard_vectors", which).equals(1), root * (1.0 - REST), root)
+        mode = f.load("%state", which + self.guards.mode(self.steps.state))
+        slides = f.load_integer("@guard_vectors", which).equals(1) & (mode > 0.0)
+        return f.select(slides, root * (1.0 - REST), root)
 
     def call(self, f: Function, h: Real) -> Real:
         """A call of it."""
@@ -140,13 +144,16 @@ class Reversals:
             for one, value in ((before, part), (aside, rest.get()), (time, t)):
                 one.set(value)
         with f.when(left.get() <= size * TURNS):
-            longest = f.load("%state", self.steps.state.carried_at + LONGEST)
-            scale = f.variable(size / crossed.get() * longest)
+            state, rate = self.steps.state, size / crossed.get()
+            longest, t = f.load("%state", state.carried_at + LONGEST), f.load("%state", state.time)
+            scale = f.variable(rate * longest)
             with f.loop(0, count) as k:
                 row = f.load_integer("@sliding_pivots", pivot + k)
-                speed = f.magnitude(f.load("%state", row + self.steps.state.degrees))
+                speed = f.magnitude(f.load("%state", row + state.degrees))
                 scale.set(f.larger(scale.get(), speed))
-            with f.when(left.get() <= scale.get() * ASIDE), f.loop(1, last, tested=False) as n:
+            part = max(ASIDE, self.steps.given.tolerance * ALLOWED)
+            nothing = f.larger(scale.get() * part, f.magnitude(rate * t) * RESOLVED)
+            with f.when(left.get() <= nothing), f.loop(1, last, tested=False) as n:
                 f.store(f.load("%work", n + self.room), "%work", self._place(f, n) + length)
             with f.otherwise():
                 known.set(crossed.get() * BEFORE)
