@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
-from lagrange_cli.native.stepping.stopping import Searched, first_stopped
+from lagrange_cli.native.stepping.stopping import Searched, first_stopped, stopped
 from lagrange_cli.records import dataclass
 
 NO_GUARD = -1
@@ -181,7 +181,7 @@ class GuardSearch:
         first_stopped(searched, f, close, earliest, which)
         for k, guard in enumerate(rows.guards):
             if guard.parts and guard.multiplier and not guard.alone:
-                with f.when(self._stopped(f, k)):
+                with f.when(stopped(searched, f, k, close)):
                     earliest.set(f.constant(0.0))
                     which.set(f.count(k))
         # a later guard's argument may be known for less of the step than to an earlier one's root
@@ -268,25 +268,6 @@ class GuardSearch:
             side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
             for row in (above, below):
                 look(row, f.constant(0.0), side, seen, j)
-
-    def _stopped(self, f: Function, k: int) -> Bit:
-        """Whether a vector that friction acts along is 0 but for errors of its velocities, and becomes
-        shorter: no step comes nearer to where it is 0."""
-        guard, lengths = self.rows.guards[k], self.lengths
-        speeds = [f.magnitude(f.load("%state", self.layout.degrees + i)) for i in guard.pivots]
-        rows = [lengths.place(f, f.count(guard.beside + i)) for i in range(guard.parts)]
-        parts = [f.magnitude(f.load(row, lengths.term)) for row in rows]
-        near = reduce(f.larger, parts) <= reduce(f.larger, speeds) * max(
-            self.close, STOPPED[self.layout.parts - 1]
-        )
-        row = lengths.place(f, f.count(guard.row))
-        change = f.load(row, 2 * lengths.term)
-        if self.interpolated:  # rates of values that are rounded are nothing: what is it where the step ends?
-            change = f.constant(0.0)
-            for m in reversed(range(2, lengths.order)):
-                change = f.fused(change, Real(f, "%h"), f.load(row, m * lengths.term) * float(m))
-        slides = f.load("%state", k + self.rows.mode(self.layout)) > 0.0
-        return slides & (change <= 0.0) & near
 
     def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
         """Change the side of an event whose argument is on the other one, but not because it was 0: it has

@@ -1,19 +1,28 @@
-"""Vectors that friction acts along and that come to rest, in systems that have many of them: where one is so
-short that it is nothing but rounding beside the fastest velocity, it counts as 0. No step comes nearer."""
+"""Vectors that friction acts along and that come to rest: where one is so short that it is nothing but
+rounding beside the velocities that it is made of, it counts as 0; in systems that have many of them, beside
+the fastest velocity. No step comes nearer."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
 
 from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
 
 AROUND = 16.0
 """Steps on rates may go to and fro about 0, with so many times their errors; then the vector stops."""
+
+
+SOON, ASIDE = 2.0**-30, 2.0**-50
+"""Steps on rates come no nearer to where a vector is 0 than this part of the time, if it passes 0 up to that
+part of what it loses in all the time."""
 
 
 @dataclass(frozen=True)
@@ -65,3 +74,34 @@ def first_stopped(
         with f.when(slides & (f.load(place, lengths.term) <= least.get())), f.when(change <= 0.0):
             earliest.set(f.constant(0.0))
             which.set(k)
+
+
+def stopped(search: Searched, f: Function, k: int, part: float) -> Bit:
+    """Whether a vector is at most this ``part`` of the velocities that it is made of, or is about to be 0, and
+    becomes shorter."""
+    guard, lengths, layout = search.rows.guards[k], search.lengths, search.layout
+    speeds = [f.magnitude(f.load("%state", layout.degrees + i)) for i in guard.pivots]
+    rows = [lengths.place(f, f.count(guard.beside + i)) for i in range(guard.parts)]
+    parts = [f.load(row, lengths.term) for row in rows]
+    near = reduce(f.larger, map(f.magnitude, parts)) <= reduce(f.larger, speeds) * part
+    row = lengths.place(f, f.count(guard.row))
+    change = f.load(row, 2 * lengths.term)
+    if search.interpolated:  # rates of values that are rounded are nothing: what is it where the step ends?
+        near = near | soon(f, layout, parts, [f.load(row, 2 * lengths.term) * 2.0 for row in rows])
+        change = f.constant(0.0)
+        for m in reversed(range(2, lengths.order)):
+            change = f.fused(change, Real(f, "%h"), f.load(row, m * lengths.term) * float(m))
+    slides = f.load("%state", k + search.rows.mode(layout)) > 0.0
+    return slides & (change <= 0.0) & near
+
+
+def soon(f: Function, layout: StateLayout, parts: Sequence[Real], rates: Sequence[Real]) -> Bit:
+    """Whether a vector with these ``parts`` passes 0 at once, with these ``rates``."""
+    t, zero = f.magnitude(f.load("%state", layout.time)), f.constant(0.0)
+    largest = reduce(f.larger, map(f.magnitude, rates))
+    dot, square = zero, zero
+    for one, rate in zip(parts, rates):
+        dot, square = f.fused(one, rate, dot), f.fused(rate, rate, square)
+    left = -dot / f.select(square > 0.0, square, f.constant(1.0))
+    aside = reduce(f.larger, [f.magnitude(f.fused(rate, left, one)) for one, rate in zip(parts, rates)])
+    return (dot < 0.0) & (left <= t * SOON) & (aside <= largest * t * ASIDE)
