@@ -17,7 +17,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.rates.places import HEAD, WITHIN, Places
-from lagrange_cli.native.rates.reversals import Reversals, parts_of, sliding
+from lagrange_cli.native.rates.reversals import Reversals, parts_of
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.acceptance import PredictionBounds
 from lagrange_cli.native.stepping.given import Given
@@ -25,6 +25,7 @@ from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial, weighed
 from lagrange_cli.native.stepping.roots import NONE, points_of
+from lagrange_cli.native.stepping.stopping import sliding
 from lagrange_cli.native.stepping.sums import CHAINS
 
 CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
@@ -106,7 +107,7 @@ class Watching:
         self.steps, self.begin, self.values, self.within = steps, at.begin, at.values, at.chosen + WITHIN
         self.rows, self.degree = rows, degree
         self.points = points_of(degree)
-        self.reversals = Reversals(steps, at.values, at.spare, rows, self.points)
+        self.reversals = Reversals(steps, at.values, rows, self.points)
 
     def tables(self) -> list[str]:
         """The rows, and the points."""
@@ -205,7 +206,7 @@ class Watching:
         with f.when(~((root > h * AT_ONCE) & (root <= known))):
             now = (root > 0.0) & (root <= f.magnitude(steps.now(f)) * NOW)
             f.give(f.select(now, f.constant(0.0), root), which, known)
-        end, guard, apart = f.variable(self.reversals.until(f, root, which)), f.variable(which), f.variable(h)
+        end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
         lost = f.variable(f.count(0))
         with f.section() as found, f.loop(0, TIMES, tested=False):
             x = end.get()
@@ -214,7 +215,6 @@ class Watching:
             root, which, known = guards.first(f, f.smaller(h, x * FARTHER), unit)
             with f.when((root > 0.0) & (root <= known)):
                 guard.set(which)
-                root = self.reversals.until(f, root, which)
                 distance = f.magnitude(root - x)
                 with f.when((distance <= x * CLOSE) | (distance <= x * NEAR) & (distance >= apart.get())):
                     found.leave()
