@@ -28,6 +28,8 @@ ASIDE, ALLOWED = 2.0**-48, 0.25
 longest step: so much, or this part of the tolerance."""
 RESOLVED = 2.0**-46
 """Both may be this part of the time, and of what u loses in it: nothing shorter is resolved."""
+SHRINKS = 0.5
+"""In this step u becomes shorter by this factor: rates of what hardly changes are rounding errors."""
 NUMBERS = 4
 """Numbers of each vector in the table of steps on rates."""
 
@@ -132,7 +134,12 @@ def first_reached(
             v = f.load("%state", f.load_integer("@stopping_pivots", pivot + k) + layout.degrees)
             speed.set(f.larger(speed.get(), f.magnitude(v)))
         left = -dot.get() / square.get()
-        with f.when(slides & (left >= 0.0) & (left <= most)):
+        row = lengths.place(f, f.load_integer("@guard_rows", which_one))
+        end = f.constant(0.0)
+        for m in reversed(range(1, lengths.order)):
+            end = f.fused(end, Real(f, "%h"), f.load(row, m * lengths.term) * float(m))
+        shrinks = end <= f.load(row, lengths.term) * SHRINKS
+        with f.when(slides & shrinks & (left >= 0.0) & (left <= most)):
             aside = f.variable(zero)
             with f.loop(0, count) as k:
                 u, rate = part(k)
