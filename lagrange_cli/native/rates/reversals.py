@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 CLOSE = 0.25
 """A vector that turns round has come close to 0 if no more than this part of it is left then."""
+LEAST = 0.125
+"""A step on which u becomes shorter than this part of what it was may lead beyond 0 as well: implicit steps may
+end at 0 though they are too long, with friction in a direction that nothing has there."""
 BEFORE = 0.75
 """The step ends at this part of the time until it has turned round."""
 NUMBERS = 4
@@ -109,7 +112,7 @@ class Reversals:
             with f.loop(0, count) as k:
                 one = self._value(f, n, first + k) - self._value(f, 0, first + k) * part
                 rest.set(f.larger(rest.get(), f.magnitude(one)))
-            with f.when(part <= 0.0):
+            with f.when(part <= LEAST):
                 share = before.get() / (before.get() - part)
                 left = f.fused(rest.get() - aside.get(), share, aside.get())
                 crossed = f.fused(t - time.get(), share, time.get())
