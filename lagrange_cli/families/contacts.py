@@ -91,9 +91,11 @@ class Coupled:
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Impacts that reduce the speed, at the ``events`` of these numbers, in order. ``speeds`` are dg/dt after
+    """Impacts that reduce the speed, at the ``events`` of these numbers, in order. ``rates`` are dg/dt, where
+    no argument is at places of nodes. ``speeds`` are those after
     each one's own action. Members may rest where there are ``contacts``; from others they go apart."""
 
     events: Places
     speeds: Total
     contacts: Contacts | Coupled | None
+    rates: Total | None = None

@@ -54,6 +54,16 @@ def at_one_state(
     return found
 
 
+def at_states(
+    function: Callable[..., None], constants: Array, time: float, states: Array, count: int
+) -> Array:
+    """The same at several states (rows, n) of one time: so many numbers of each (count, n)."""
+    states, n = np.ascontiguousarray(states), states.shape[1]
+    times, found = np.full(n, time), np.empty((count, n))
+    function(*(one.ctypes.data for one in (constants, times, states, found)), n, n)
+    return found
+
+
 def with_modes(program: Interface, parameters: Array) -> Array:
     """Parameters (..., parts * P) as ``@prepare`` takes them: where there are guards, with room for their
     modes, which what is observed does not depend on."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import reduce
 from operator import or_
 
@@ -86,11 +86,22 @@ def sizes_of(model: Model[Node]) -> list[Node]:
     rounding is measured by. (Multipliers of constraints are not known there, and count as 0.)"""
     graph, found = graph_of(model), list[Node]()
     known = {*model.q, *model.v, model.time, *model.parameters.values()}
-    places, speeds = numbered((*model.q, model.time)), (*model.v, graph.one)
     for event in model.events:
         unknown = {one: graph.zero for one in graph.symbols_of(event.argument) if one not in known}
         (argument,) = substituted(graph, [event.argument], unknown)
-        slopes = sorted(graph.gradient(argument, places).items())
-        rates = [graph.absolute(slope * speeds[k]) for k, slope in slopes]
+        rates = map(graph.absolute, _rates(model, argument))
         found += [size_of(graph, argument), graph.sum([(one, 1.0) for one in rates])]
     return found
+
+
+def rates_of(model: Model[Node], events: Iterable[int]) -> list[Node]:
+    """The rates of the arguments of some events without accelerations."""
+    arguments = [model.events[event].argument for event in events]
+    return [graph_of(model).sum([(one, 1.0) for one in _rates(model, each)]) for each in arguments]
+
+
+def _rates(model: Model[Node], argument: Node) -> list[Node]:
+    """The terms of the rate of an argument without accelerations."""
+    graph = graph_of(model)
+    places, speeds = numbered((*model.q, model.time)), (*model.v, graph.one)
+    return [slope * speeds[k] for k, slope in sorted(graph.gradient(argument, places).items())]

@@ -85,9 +85,10 @@ class Interface:
     impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these
     where nothing else touches; where constraints have impulses then, ``joined`` has for each coordinate one
     of those that they couple with it, and ``reached`` these. ``@act`` computes new values, two sizes of
-    each event's argument, and the ``masses`` that actions change, of these particles. ``@constrain``
-    computes so many ``constraints``, their rates, and the entries of the matrix of the equations that
-    ``pattern`` names; only where an action may leave the constraints.
+    each event's argument, and the ``masses`` that actions change, of these particles. ``@speeds`` gives
+    the rates of the arguments of impacts, if there may be contact. ``@constrain`` computes so many
+    ``constraints``, their rates, and the entries of the matrix of the equations that ``pattern`` names; only
+    where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
     times the second and m times the third. Steps hand over so many numbers that are ``carried`` with the
     state. Several threads can share an evaluation in so many ``strips``; their ``board`` is in the constants.

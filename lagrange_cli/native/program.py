@@ -16,8 +16,9 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.mechanics.switching.switches import one_sided
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
+from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, rates_of, sizes_of
 from lagrange_cli.native.followed import FollowedEquations, followed
+from lagrange_cli.native.guards import LOOSE
 from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -161,6 +162,8 @@ def write_program(
     if interface.events:
         nodes = *changes_of(model)[1], *sizes_of(model), *masses_of(model).values()
         values("act", nodes, at_one_time=at_one_time)
+    if any(kind != LOOSE for *_, kind in interface.slowing.values()):
+        values("speeds", rates_of(model, interface.slowing), at_one_time=at_one_time)
     if interface.changed and observing.multipliers:
         values("constrain", constrained(model, observing), at_one_time=at_one_time)
     prepare, size = write_settings(model, more.smooth, len(interface.events), constants, steps)

@@ -7,19 +7,27 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from lagrange_cli.records import dataclass
-from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name, statements
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import (
+    by_name,
+    firsts,
+    groups_by_name,
+    groups_of,
+    in_order,
+    parts_by_name,
+    statements,
+)
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
-from lagrange_cli.spec.kinds import Kind, lacking
+from lagrange_cli.spec.kinds import Kind, called, lacking
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import bases_in, leading_to
+from lagrange_cli.spec.order import bases_in, dependency_order, leading_to, uses_of, value_of
 from lagrange_cli.spec.owners import Owners, note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
-from lagrange_cli.spec.settling import Settling, check_scalar, counted
+from lagrange_cli.spec.settling import SECTIONS_OF, Settling, check_scalar, counted
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Body, Coordinate, Expression, Family, Parameter, Spec, Transformation
 from lagrange_cli.spec.whole import WrittenFamily
@@ -31,11 +39,14 @@ if TYPE_CHECKING:
 W = TypeVar("W", bound=Written)
 Expressions: TypeAlias = "Mapping[str, Expression]"
 Families: TypeAlias = "Mapping[str, Mapping[str, Family]]"
+IN_TURN = ("parameters",), ("definitions", "embedding", "bodies")
+"""Sections whose families may follow from one another."""
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     """The draft, its families known, as a ``Spec``; what is wrong is added to ``problems``."""
-    checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
+    checker = checker_of(draft, sizes, problems)
+    draft = checker.draft
     checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
     defined, order, of_particles = checker.places()
@@ -81,6 +92,34 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     )
 
 
+def checker_of(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> _Checker:
+    """What checks a draft: one without families that follow from one another in turn, as far as that is
+    possible. Mistakes in what these are as written come first, and are all that is reported then."""
+    as_written = dict[str, Any]()
+    for sections in IN_TURN:
+        groups = {one.name: one for key in sections for one in groups_of(draft.sections.get(key, ()))}
+        families = sum(isinstance(one, WrittenFamily) for one in groups.values())
+        if families > 1 and dependency_order(uses_of(groups))[1]:
+            from lagrange_cli.spec.turns import with_turns
+
+            draft, found = with_turns(draft, sections, sizes)
+            as_written |= found
+    names = enter_names(draft, sizes, problems)
+    if as_written:
+        before, checked = len(problems.found), names.copy()
+        for name, one in names.table.items():
+            checked.table[name] = replace(
+                one, kinds=one.kinds - {one.what}
+            )  # definitions are not settled yet
+        for name, group in as_written.items():
+            what = names.table[name].what
+            for item in firsts(group):
+                checked.check_names(value_of(item), SECTIONS_OF[what], called(item, what))
+        if len(problems.found) > before:
+            problems.stop_if_any()
+    return _Checker(draft, names, problems, as_written)
+
+
 def with_members(families: Mapping[str, Family]) -> Mapping[str, Family]:
     """Those of some families that have any."""
     return {name: one for name, one in families.items() if one.members}
@@ -94,14 +133,16 @@ def name_of(filename: str) -> str:
 
 @dataclass
 class _Checker:
-    """The draft, the table of names, and where problems go."""
+    """The draft, the table of names, where problems go, and what families are ``as_written`` that follow
+    from one another in turn."""
 
     draft: Draft
     names: Names
     problems: Problems
+    as_written: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        self.settling = Settling(self.names)
+        self.settling = Settling(self.names, self.as_written)
 
     def parameters(self) -> Sequence[Parameter]:
         settled = self.settling.settle_all({Kind.PARAMETER: self.draft.declared("parameters")})

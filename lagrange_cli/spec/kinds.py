@@ -7,6 +7,7 @@ from enum import Enum
 from typing import Any
 
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
 
@@ -82,3 +83,11 @@ def lacking(section: str, kinds: Set[Kind]) -> tuple[str, str] | None:
         return None
     needed, said = _NEEDED[section]
     return None if kinds & {needed, Kind.PARTICLE, Kind.BODY} else said
+
+
+def called(written: Written, what: Kind) -> str:
+    """What messages call something that is written."""
+    label = written.key.label
+    if what is Kind.BODY:
+        return f"position of body '{label}'"
+    return f"position of '{label}'" if what is Kind.PARTICLE else f"{what.value} '{label}'"

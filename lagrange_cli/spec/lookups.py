@@ -10,21 +10,17 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from lagrange_cli.expression.number_table import NumberTable
+from lagrange_cli.expression.rebuilding import with_children
 from lagrange_cli.expression.syntax import (
     WHOLE,
     Axis,
     Binary,
-    Call,
-    Comparison,
     ExpressionError,
-    Logic,
     Lookup,
     Loop,
     Name,
-    Negative,
     Sum,
     Tree,
-    Vector,
     children,
 )
 from lagrange_cli.limits import whole
@@ -243,18 +239,5 @@ def _with_found(tree: Tree, find: Find, is_index: bool) -> Tree:
     """The same of a tree that no operator joins."""
     among = zip(children(tree), indices_among(tree, is_index))
     parts = tuple(with_found(one, find, one_is_index) for one, one_is_index in among)
-    if isinstance(tree, Name):
-        table = find(tree) if tree.indices and is_index else None
-        return replace(tree, indices=parts) if table is None else Lookup(table, tree.span, parts)
-    if isinstance(tree, Negative):
-        return replace(tree, operand=parts[0])
-    if isinstance(tree, Call):
-        return replace(tree, arguments=parts)
-    if isinstance(tree, Vector):
-        return replace(tree, items=parts)
-    if isinstance(tree, Comparison | Logic):
-        return replace(tree, operands=parts)
-    if isinstance(tree, Sum):
-        count = 1 + len(tree.bounds)
-        return replace(tree, body=parts[0], bounds=parts[1:count], conditions=parts[count:])
-    return tree
+    table = find(tree) if isinstance(tree, Name) and tree.indices and is_index else None
+    return with_children(tree, parts) if table is None else Lookup(table, tree.span, parts)

@@ -55,6 +55,13 @@ def expression_of(written: Written) -> Expression | None:
     return found
 
 
+def value_of(written: Written) -> Expression:
+    """The same of what could be read."""
+    found = expression_of(written)
+    assert isinstance(found, Expression)
+    return found
+
+
 def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list[list[str]]]:
     """The keys of ``uses``, each after all it uses and else in their order, and the cycles there are.
 

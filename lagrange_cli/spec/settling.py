@@ -7,36 +7,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.vocabulary import family_name
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import groups_of, statements
 from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.family import Family, MemberNames, Place
-from lagrange_cli.spec.kinds import Kind, comes_to
+from lagrange_cli.spec.kinds import Kind, called, comes_to
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import (
-    AXES,
-    Needs,
-    bases_in,
-    chain,
-    dependency_order,
-    expression_of,
-    on_demand,
-    uses_of,
-)
+from lagrange_cli.spec.order import Needs, bases_in, dependency_order, expression_of, on_demand, uses_of
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.recurrence import Recurrence
-
-BREAK = "break the cycle: give one of them a value that does not use the others"
-AS_VECTOR = (
-    "make them components of one family of vectors, as in r[i in range(1, N)]: (r[i - 1].x, r[i - 1].y)"
-)
-"""Families are computed one after the other, even if no member depends on itself."""
-AS_PLACE = "a position may not use what depends on it: write one of them in coordinates"
-IN_COORDINATES = "write it in coordinates, t, parameters and positions that do not depend on it"
 
 SECTIONS_OF = {
     Kind.PARAMETER: "parameters",
@@ -65,9 +48,10 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
 
 @dataclass
 class Settling:
-    """The table of names."""
+    """The table of names, and what families are ``as_written`` that follow from one another in turn."""
 
     names: Names
+    as_written: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._counts: dict[str, int] = {}
@@ -100,24 +84,13 @@ class Settling:
                 settled = group
                 self._settle_one(group, what)
             found += [] if settled is None else [settled]
-        for cycle in cycles:
-            self._note(cycle, groups, kinds)
-        return found
+        if cycles:
+            from lagrange_cli.spec.circles import Circles
 
-    def _note(self, cycle: list[str], groups: Mapping[str, Any], kinds: Mapping[str, Kind]) -> None:
-        """Note a cycle."""
-        cycle = [one.removesuffix(AXES) for one in cycle]
-        bases = [*map(family_name, cycle)]
-        first, among = groups[bases[0]], {kinds[one] for one in bases}
-        if isinstance(first, WrittenFamily):
-            first = first.named(cycle[0]) or first[0]
-        hint = BREAK if among <= {Kind.PARAMETER, Kind.DEFINITION} else AS_PLACE
-        if hint is AS_PLACE and len({*bases}) == 1:
-            hint = IN_COORDINATES
-        elif all(isinstance(groups[one], WrittenFamily) for one in bases):
-            hint = hint if Kind.PARAMETER in among or len({*bases}) == 1 else AS_VECTOR
-        message = f"{label(first, kinds[bases[0]])} depends on itself: {chain(cycle)}"
-        self.names.problems.add_once(first.place, message, hint)
+            known = Circles({**groups, **self.as_written}, kinds, [*self.as_written], self.names.sizes)
+            for cycle in cycles:
+                known.note(cycle, self.names.problems)
+        return found
 
     def _family(
         self, group: WrittenFamily[W], what: Kind
@@ -200,7 +173,7 @@ class Settling:
         if value is None:
             return None
         value = value.member("", part.values(next(part.places)))
-        kinds, sound = self.names.check_names(value, SECTIONS_OF[what], label(part.item, what))
+        kinds, sound = self.names.check_names(value, SECTIONS_OF[what], called(part.item, what))
         recurrence = Recurrence(self.names, self.names.sizes, group, part)
         bounds = recurrence.settled(value.tree) if sound else None
         if bounds is None or not fits(bounds, what):
@@ -220,7 +193,7 @@ class Settling:
             value, found = expression_of(item), None
             if value is not None and self.names.has_many(*parts):
                 value = value.member("", parts[0].values(next(parts[0].places)))
-                found = self.names.check_alike(value, SECTIONS_OF[what], label(item, what))
+                found = self.names.check_alike(value, SECTIONS_OF[what], called(item, what))
             if found is None or not fits(found[1], what):
                 for part in parts:
                     yield from group.of_part(part)
@@ -235,7 +208,7 @@ class Settling:
                 self.settle_part(group.family, share, what, kinds, value)
 
     def _settle_one(self, entry: Written, what: Kind) -> None:
-        value, where = expression_of(entry), label(entry, what)
+        value, where = expression_of(entry), called(entry, what)
         found: tuple[frozenset[Kind], Any]
         if value is None:
             found = frozenset[Kind](), None
@@ -259,7 +232,7 @@ class Settling:
             if count and count != 3:
                 value = expression_of(entry)
                 assert value is not None
-                message = f"the {label(entry, what)} has {counted(count)}, not 3"
+                message = f"the {called(entry, what)} has {counted(count)}, not 3"
                 self.names.problems.add_once(value.place, message, "write [x, y, z]")
             return comes_to(what), vector if count == 3 else (Bounds(), Bounds(), Bounds())
         due = self._counts.setdefault(family_name(entry.name), count) if count else 0
@@ -306,11 +279,3 @@ def fits(bounds: Any, what: Kind) -> bool:
 def counted(count: int) -> str:
     """So many components, in words."""
     return f"{count} component{'s' if count > 1 else ''}"
-
-
-def label(written: Written, what: Kind) -> str:
-    """What messages call it."""
-    label = written.key.label
-    if what is Kind.BODY:
-        return f"position of body '{label}'"
-    return f"position of '{label}'" if what is Kind.PARTICLE else f"{what.value} '{label}'"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 
 from lagrange_cli.symbolic.equations import Equations
@@ -14,6 +15,9 @@ WIDTH = 100
 """The column at which a sum is continued on the next line."""
 FAR = 1000
 """The number of characters that are searched for a sign of the outermost sum."""
+SHORT = 30
+"""The number of characters in parentheses that are rather not broken."""
+FACTOR = re.compile(r"[*/]\w*\(")
 CHARACTERS_A_STEP = 5
 
 
@@ -88,9 +92,12 @@ def break_place(text: str, start: int, width: int, *, within_sums: bool) -> int:
     sums over indices are if ``within_sums``, also before their loops.
 
     Signs within ``width`` are the outermost if there are none further out in the next ``FAR`` characters.
+    Those in short parentheses count as further in, and where there are none outside of parentheses, a break
+    between factors in these goes before.
     """
-    opened: list[bool] = []
+    opened: list[tuple[bool, int]] = []
     places: list[tuple[int, int]] = []
+    factors: list[int] = []
     index, outermost = start, len(text)
     for index in range(start, len(text)):
         if places and (index > start + FAR or (index > start + width and outermost == 0)):
@@ -98,18 +105,27 @@ def break_place(text: str, start: int, width: int, *, within_sums: bool) -> int:
         character = text[index]
         if character in "([":
             of_function = index > start and (text[index - 1].isalnum() or text[index - 1] == "√")
-            opened.append(of_function and not (within_sums and text.endswith("sum", start, index)))
+            kept = of_function and not (within_sums and text.endswith("sum", start, index))
+            opened.append((kept, index))
         elif character in ")]" and opened:
-            opened.pop()
+            _, begun = opened.pop()
+            if index - begun < SHORT:
+                places = [(depth + len(text) * (place > begun), place) for depth, place in places]
+        elif character in "*/" and not opened and text[index - 1] == ")" and FACTOR.match(text, index):
+            factors.append(index)
         elif (
             (character in "+-−" or (within_sums and text.startswith("for ", index)))
             and index > start + 3
             and text[index - 1] == " "
             and (text[index + 1] == " " or character == "f")
-            and not any(opened)
+            and not any(kept for kept, _ in opened)
         ):
             places.append((len(opened), index))
             outermost = min(outermost, len(opened))
     charge(1 + (index - start) // CHARACTERS_A_STEP)
+    outermost = min((depth for depth, _ in places), default=0)
+    before = [place for place in factors if width // 2 < place - start <= width]
+    if outermost > 0 and before:
+        return before[-1]
     candidates = [place for depth, place in places if depth == outermost]
     return max((place for place in candidates if place <= start + width), default=min(candidates, default=0))

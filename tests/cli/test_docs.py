@@ -63,12 +63,18 @@ def test_the_page_of_the_output_file_names_every_output():
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    example, named, places, walls, contact, rod, top, ball, rotor, plane, family, discs, *examples = examples
+    example, named, places, legs, walls, contact, rod, top, *examples = examples
+    ball, rotor, plane, family, discs, *examples = examples
     drawn, others, chain, pieces, network, attraction, units, times = examples
     assert len(read_spec(network, "network.yaml").coordinates) == 3
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     assert read_spec(named, "named.yaml").of_particles == ("stretch", "slip")
     assert read_spec(places, "places.yaml").order == ("cart", "bob", "bar", "tip")
+    turns = (
+        "sizes: {N: 3}\nparameters: {l: 1}\ncoordinates: {'a[i in range(N)]': {}, 'b[i in range(N)]': {}}\n"
+    )
+    turns += "masses: {'knee[i in range(N)]': 1, 'foot[i in range(N)]': 1}\n"
+    assert read_spec(turns + legs, "legs.yaml").order == ("knee", "foot")
     walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
     assert read_spec(f"{walled}embedding: {{p: [x, y]}}\n{walls}", "walls.yaml").forces["generalized_forces"]
     ground = "parameters: {k: 1, m: 1, g: 1, R: 1}\ncoordinates: [y]\nmasses: {p: m}\nembedding: {p: y}\n"

@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from lagrange_cli.families import system as systems
+from lagrange_cli.run.family_equations import families_as_written
 from lagrange_cli.run.verification import verify_families
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_missing_members import in_loops
@@ -34,6 +35,19 @@ SYSTEMS = {
     "a chain that moves": CHAIN.replace('"p[0]": "l', 'cart: "[x, 0]"\n  "p[0]": "cart + l')
     .replace("masses: {", "masses: {cart: 2, ")
     .replace("coordinates: {", "coordinates: {x: {initial: 0, velocity: 0.3}, "),
+    "legs, each of which stands on the one before": """
+sizes: {N: 12}
+parameters: {l: 0.3, g: 9.81}
+coordinates:
+  "a[i in range(N)]": {initial: "0.2 + 0.1*i", velocity: "0.1*(i % 3)"}
+  "b[i in range(N)]": {initial: "-0.1*i"}
+masses: {"knee[i in range(N)]": "1 + i/7", "foot[i in range(N)]": 0.5}
+positions:
+  "foot[i in range(N)]": "knee[i] + l*[sin(b[i]), -cos(b[i])]"
+  "knee[0]": "l*[sin(a[0]), -cos(a[0])]"
+  "knee[i in range(1, N)]": "foot[i - 1] + l*[sin(a[i]), -cos(a[i])]"
+potential: sum(g*((1 + i/7)*knee[i].y + foot[i].y/2) for i in range(N))
+""",
     "points on springs": """
 sizes: {N: 12}
 coordinates:
@@ -60,6 +74,9 @@ potential: sum(p[i].y + 2*c[i].y for i in range(N))
 generalized_forces: {"th[i in range(N)]": "-0.1*mid[i].vx"}
 """,
 }
+
+
+LEGS = "legs, each of which stands on the one before"
 
 
 def by_definitions(text: str) -> str:
@@ -106,9 +123,16 @@ def test_systems_in_loops_move_as_their_members_do(name: str, monkeypatch: pytes
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_equations_in_loops_are_printed_as_with_definitions(name: str) -> None:
     derived = with_indices(SYSTEMS[name])
-    if "definitions" not in SYSTEMS[name]:  # else places are printed by the names of others
+    if name != LEGS and "definitions" not in SYSTEMS[name]:  # else places are printed by the names of others
         assert printed_alike(derived, with_indices(by_definitions(SYSTEMS[name])))
     assert verify_families(derived, {}).difference < 1e-12
+
+
+@pytest.mark.exhaustive(keep=0.3)
+def test_no_printed_member_comes_before_the_first() -> None:
+    """That of a leg without a leg before it."""
+    printed = families_as_written(with_indices(SYSTEMS[LEGS]), "text", "lagrange", {})
+    assert "b[j - 1]" in str(printed) and "b[-1]" not in str(printed)
 
 
 LINKS = """
@@ -132,6 +156,17 @@ def test_a_body_hangs_at_a_point_of_another() -> None:
     by_hand = LINKS.format(place="link[i - 1] + l*[cos(f[i - 1]), sin(f[i - 1]), 0]")
     (_, motion), (_, expected) = (followed(text, OUTPUTS) for text in (at_a_point, by_hand))
     alike(motion.data, expected.data, 2.0**-40)
+
+
+@pytest.mark.exhaustive(keep=0.5)
+def test_bodies_and_the_ends_of_others_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_loops(monkeypatch, True)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    at_ends = (
+        LINKS.format(place="end[i - 1]") + 'definitions: {"end[i in range(N)]": "link[i].at(l, 0, 0)"}\n'
+    )
+    at_a_point = LINKS.format(place="link[i - 1].at(l, 0, 0)")
+    both_in_loops(at_ends, at_a_point, OUTPUTS, 2.0**-44)
 
 
 @pytest.mark.exhaustive(keep=0.5)

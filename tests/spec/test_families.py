@@ -570,7 +570,7 @@ BAD = [
     (
         "potential",
         "definitions: {'x[i in range(2)]': y[i], 'y[i in range(2)]': x[i]}\npotential",
-        [(11, "x[i in range(2)]", "depends on itself: x -> y -> x", "")],
+        [(11, "x[i in range(2)]", "depends on itself: x[0] -> y[0] -> x[0]", "")],
     ),
     ("m: [1", "m[i in range(N)]: m[i]\n  l: [1", [(3, "m[i in range(N)]", "m[0] -> m[0]", "")]),
     # sums

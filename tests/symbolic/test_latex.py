@@ -132,6 +132,22 @@ def test_long_lines_of_text_are_broken_in_one_pass(shape):
     assert "".join("".join(wrap(shape)).split()) == shape.replace(" ", "")
 
 
+LONG = "*".join(f"q{i}_dot" for i in range(9))
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (f"{LONG}*(a - b)*cos(a)", f"+ {LONG}*(a - b)"),  # not within the parentheses, which are short
+        (f"x = (m1 + m2)*({LONG} - b)", f"/(a + {LONG})"),  # rather between factors than within one
+        (f"x = m*g*({LONG} - b", f"+ {LONG})"),  # as there is nothing else
+    ],
+)
+def test_lines_of_text_are_broken_where_they_are_read_best(lines):
+    apart = " " if lines[1].startswith("+") else ""
+    assert [one.strip() for one in wrap(apart.join(lines))] == [*lines]
+
+
 def test_names_that_latex_reads_otherwise():
     equations = derived(
         """

@@ -62,7 +62,7 @@ def coupled_impacts(
     force = builder.slots.symbol(domain, multipliers, fixed + numbers)
     forces = Total(Source.TOTAL, len(impacts), (Term(domain, force, numbers),))
     contacts = Coupled(impacts, bonds, fixed, Array(Source.MODES, len(impacts)), forces)
-    return Impacts(impacts, found.speeds(), contacts)
+    return Impacts(impacts, found.speeds(), contacts, found.rates)
 
 
 def bounds_of(found: Finding, fixed: int) -> list[Bound]:

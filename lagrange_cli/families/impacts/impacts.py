@@ -62,8 +62,8 @@ def impacts_of(
         touched = np.unique(found.reads[0][np.isin(found.reads[1], contacts.acts[1])])
         driven[np.intersect1d(found.resting[touched], impacts)] = True
         contacts = contacts_of(builder, events, np.flatnonzero(driven), state)
-    speeds = (found if len(impacts) == len(slowing) else Finding(builder, events, impacts)).speeds()
-    return Impacts(impacts, speeds, contacts)
+    found = found if len(impacts) == len(slowing) else Finding(builder, events, impacts)
+    return Impacts(impacts, found.speeds(), contacts, found.rates)
 
 
 def contacts_of(
@@ -140,11 +140,17 @@ class Finding:
         ]
         return total_of(len(self._keys), terms, self.graph)
 
+    @property
+    def rates(self) -> Total:
+        """dg/dt."""
+        terms = [replace(one, node=self._rate(one.node, one.domain)) for one in self.arguments]
+        return total_of(len(self.resting), terms, self.graph)
+
     @cached_property
     def bends(self) -> Total:
         """d2g/dt2 with constant velocities."""
         terms = [
-            Term(one.domain, self._rate(self._rate(one.node, one.domain), one.domain), one.targets)
+            replace(one, node=self._rate(self._rate(one.node, one.domain), one.domain))
             for one in self.arguments
         ]
         return total_of(len(self.resting), terms, self.graph)

@@ -77,10 +77,10 @@ def impacts_on_joints(
     forces = Total(Source.TOTAL, count, (Term(domain, force, numbers),))
     signs = Array(Source.MODES, count)
     contacts = Coupled(impacts, bonds, 0, signs, forces, tuple(found.pushes), tuple(found.reaches), alone)
-    speeds = Total(Source.TOTAL, count)
-    if not any(one.holds for one in found.bounds):
-        speeds = Finding(builder, events, impacts).speeds()
-    return Impacts(impacts, speeds, contacts)
+    if any(one.holds for one in found.bounds):
+        return Impacts(impacts, Total(Source.TOTAL, count), contacts)
+    own = Finding(builder, events, impacts)
+    return Impacts(impacts, own.speeds(), contacts, own.rates)
 
 
 def apart(events: Events, contacts: Coupled, joints: Articulation, coordinates: int) -> Bits:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from lagrange_cli.decimals import decimal
-from lagrange_cli.integrate.arrays import at_one_state, largest_of
+from lagrange_cli.integrate.arrays import at_one_state, at_states, largest_of
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.guards.latest import Latest
 from lagrange_cli.integrate.guards.modes import ROUNDING
@@ -139,6 +139,20 @@ class Sides:
         known: T = found[name]
         return known
 
+    def speeds(self, states: Array) -> Array | None:
+        """The rates of the arguments of impacts in some states (rows, n) at the present time: (impacts, n).
+        None where code does not compute them."""
+        settling, program = self.settling, self.program
+        function, count = settling.machine.speeds, len(program.slowing)
+        if function is None:
+            return None
+        settling.prepare()
+        if program.parts == 1:
+            return at_states(function, settling.constants, self.now, states, count)
+        when, count = self._when(), count * program.parts
+        each = [at_one_state(function, settling.constants, when, one, count) for one in states.T.copy()]
+        return np.stack(each, axis=1)[: len(program.slowing)]
+
     def sizes(self) -> Array:
         """The sizes of arguments now (events, 2)."""
         return self.act_now()[1]
@@ -171,9 +185,13 @@ class Sides:
                 return f"the mass of {name!r} {decimal(mass)}"
         return ""
 
+    def _when(self) -> Array:
+        """The time, and its low part."""
+        return self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
+
     def _acted(self, state: Array) -> Array:
         """All that ``@act`` computes (parts, values)."""
-        when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
+        when = self._when()
         given = np.concatenate([when, self.memory[self.layout.settings], state])
         return self._known.of(given.tobytes(), lambda: self._computed(when, state))
 

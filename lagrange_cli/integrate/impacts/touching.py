@@ -216,6 +216,7 @@ class Touching:
     def _stop(self, pressed: Pressed, noise: Array) -> None:
         """Take away the relative velocities that are left of what touches, and distances."""
         sides, own = self._sides, self._events[pressed.events]
+        found = np.zeros(0, dtype=np.intp)
         for _ in range(REPEATED):
             off = sides.all_coefficients()[own, :2]
             off[self._settling.modes[self._rests[pressed.events]] == 0.0, 0] = 0.0
@@ -223,9 +224,10 @@ class Touching:
             chosen = np.flatnonzero(np.any(np.abs(off) > least, axis=1))
             if not len(chosen):
                 return
-            pushes = Pushes(sides, own, pressed.sides, self._usual(noise[own]))
-            chosen, along, changes = pushes.coupled(chosen)
-            if not len(chosen):
+            if not np.isin(chosen, found).all():
+                pushes = Pushes(sides, own, pressed.sides, self._usual(noise[own]))
+                found, along, changes = pushes.coupled(chosen)
+            if not len(found):
                 return
-            wanted = np.linalg.lstsq(changes[chosen], -off[chosen], rcond=None)[0]
+            wanted = np.linalg.lstsq(changes[found], -off[found], rcond=None)[0]
             pushes.move(along @ wanted)

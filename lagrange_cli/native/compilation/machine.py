@@ -55,6 +55,7 @@ class Machine:
     observe: Callable[..., None]
     linearize: Callable[..., None] | None
     act: Callable[..., None] | None
+    speeds: Callable[..., None] | None
     project: Callable[..., None] | None
     constrain: Callable[..., None] | None
     push: Callable[..., int] | None
@@ -122,6 +123,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         observe=function("observe", None, *at_samples),
         linearize=function("linearize", None, *at_samples),
         act=function("act", None, *at_samples),
+        speeds=function("speeds", None, *at_samples),
         project=function("project", None, pointer, pointer),
         constrain=function("constrain", None, *at_samples),
         push=function("push", integer, *[pointer] * 4, integer),

@@ -160,6 +160,8 @@ class Arrangement:
         self.roots = [self.lasting.arranged(total) for total in roots]
         self.acted: list[Element] = []
         """What ``@act`` computes."""
+        self.nearing: list[Element] = []
+        """What ``@speeds`` computes: how fast bodies come nearer to what they may rest on."""
         if self.events is not None:
             acts = [self.events.values, self.events.sizes]
             impacts = self.events.impacts
@@ -167,6 +169,9 @@ class Arrangement:
                 acts.append(impacts.speeds)
             acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
+            if impacts is not None and impacts.contacts is not None and impacts.rates is not None:
+                rates = self.lasting.arranged(impacts.rates)
+                self.nearing = [(rates, i) for i in range(rates.count)]
         self.pattern: tuple[tuple[int, int], ...] = ()
         self.closing: list[Element] = []
         """What ``@constrain`` computes, and the places in the equations' matrix of all but the first numbers

@@ -96,6 +96,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
         if self.acted:
             parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
             parts.append(self.own_actions.text())
+        if self.nearing:
+            rates, _ = self.nearing[0]
+            parts.append(self.values("speeds", self.nearing, [rates])[0])
         if self.closing:
             roots = [*dict.fromkeys(one for one, _ in self.closing)]
             parts.append(self.values("constrain", self.closing, roots)[0])

@@ -283,7 +283,8 @@ def begun(pieces: Sequence[Piece]) -> tuple[sympy.Expr, Sequence[Piece]]:
     for one in beside:
         usual = added_at(one, root.loop.start)
         rest = sympy.expand_mul(root.added) - sympy.expand_mul(usual)
-        if size_of(rest) < size_of(root.added):
+        there = rest.free_symbols <= root.added.free_symbols  # no members from before the root
+        if there and size_of(rest) < size_of(root.added):
             return rest, [Piece(p.loop, usual, None) if p is root else p for p in pieces]
     return sympy.S.Zero, pieces
 
