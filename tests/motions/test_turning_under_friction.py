@@ -151,7 +151,7 @@ def test_friction_reverses_while_another_body_begins_to_slide() -> None:
     def text(plane: bool) -> str:
         names = ("x", "y") if plane else ("x",)
         parts = (c, s) if plane else (1.0,)
-        lines = {name: part for name, part in zip(names, parts)}
+        lines = dict(zip(names, parts))
 
         def square(i: int, j: int | None = None) -> str:
             other = "" if j is None else f" - {{0}}{j}"

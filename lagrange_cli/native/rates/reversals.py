@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 CLOSE = 0.25
 """A vector that turns round has come close to 0 if no more than this part of it is left then."""
 LEAST = 0.125
-"""A step on which u becomes shorter than this part of what it was may lead beyond 0 as well: implicit steps may
-end at 0 though they are too long, with friction in a direction that nothing has there."""
+"""A step in which u becomes shorter than this part of what it was may as well lead beyond 0: implicit steps
+may end at 0 though they are too long, with friction in a direction that nothing has there."""
 BEFORE = 0.75
 """The step ends at this part of the time until it has turned round."""
 NUMBERS = 4

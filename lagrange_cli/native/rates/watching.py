@@ -47,7 +47,7 @@ AT_ONCE = 2.0**-36
 
 
 def watched_rows(guards: GuardRows) -> tuple[int, ...]:
-    """The rows of the state whose rates guards look at: their arguments, multipliers, and parts of vectors."""
+    """The rows of the state whose rates guards look at: arguments, multipliers, and parts of vectors."""
     rows = {*range(guards.first, guards.first + guards.arguments)}
     for one in guards.guards:
         rows |= {one.row} | ({one.multiplier} if one.multiplier else set())

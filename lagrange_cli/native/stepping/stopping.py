@@ -21,8 +21,8 @@ from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
 
 WAY, LOOSER = 2.0**-24, 2.0**-6
-"""How long it is at most, as part of the longest step: so much, or this part of the root of the tolerance. The
-error of u is its square."""
+"""How long it is at most, as part of the longest step: so much, or this part of the root of the tolerance.
+The error of u is its square."""
 ASIDE, ALLOWED = 2.0**-48, 0.25
 """How far u may be from 0 there, as part of the velocities that it is made of, or of what it loses in the
 longest step: so much, or this part of the tolerance."""
