@@ -10,18 +10,15 @@ where u is 0 becomes shorter from step to step, until it is so short that rates 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from lagrange_cli.native.guards import GuardRow, GuardRows
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.rates.places import HEAD
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.stopping import sliding
 from lagrange_cli.records import dataclass
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.rates.watching import Trials
 
 CLOSE = 0.25
 """A vector that turns round has come close to 0 if no more than this part of it is left then."""
@@ -45,16 +42,11 @@ class Reversals:
     values at ``points`` of it are in ``%work`` from ``values`` on, for all watched ``rows``: up to where
     the step is known."""
 
-    steps: Trials
+    guards: GuardRows
+    layout: StateLayout
     values: int
     rows: Sequence[int]
     points: Sequence[float]
-
-    @property
-    def guards(self) -> GuardRows:
-        """All guards."""
-        assert self.steps.guards
-        return self.steps.guards.rows
 
     @property
     def any(self) -> bool:
@@ -83,7 +75,7 @@ class Reversals:
         known = f.variable(Real(f, "%h"))
         with f.loop(0, len(sliding(self.guards)), tested=False) as i:
             numbers = [f.load_integer("@watched_vectors", i * NUMBERS + n) for n in range(NUMBERS)]
-            mode = f.load("%state", numbers[0] + self.guards.mode(self.steps.state))
+            mode = f.load("%state", numbers[0] + self.guards.mode(self.layout))
             with f.when(mode > 0.0):
                 known.set(f.smaller(known.get(), self._turned(f, *numbers[1:])))
         f.give(known.get())

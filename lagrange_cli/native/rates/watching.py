@@ -107,7 +107,8 @@ class Watching:
         self.steps, self.begin, self.values, self.within = steps, at.begin, at.values, at.chosen + WITHIN
         self.rows, self.degree = rows, degree
         self.points = points_of(degree)
-        self.reversals = Reversals(steps, at.values, rows, self.points)
+        assert steps.guards
+        self.reversals = Reversals(steps.guards.rows, steps.state, at.values, rows, self.points)
 
     def tables(self) -> list[str]:
         """The rows, and the points."""
