@@ -110,6 +110,6 @@ class Reversals:
                 crossed = f.fused(t - time.get(), share, time.get())
                 known.set(f.select(left <= size * CLOSE, crossed * BEFORE, h))
                 turned.leave()
-            for one, value in ((before, part), (aside, rest.get()), (time, t)):
-                one.set(value)
+            for kept, value in ((before, part), (aside, rest.get()), (time, t)):
+                kept.set(value)
         return known.get()
