@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.spec import Body
+from lagrange_cli.spec.body import Body
 
 EQUAL = 1e-6
 """Moments of inertia that differ by less, relatively, are those of a round body."""

@@ -72,7 +72,7 @@ class Locus:
 class Solid:
     """A rigid body: a ``shape`` with its ``sizes``, whose third axis is ``axes[2]``.
 
-    The shapes are those of ``spec.spec.SOLIDS``: a sphere (radius), a cylinder (radius, height), a box (three
+    The shapes are those of ``spec.body.SOLIDS``: a sphere (radius), a cylinder (radius, height), a box (three
     edges), a disc (radius) and a rod (length). ``centre`` is a point; ``axes`` are three points of
     ``Drawing.points`` that are no places but the unit vectors e_1, e_2, e_3 of the body in space. ``sizes``
     are numbers of ``Drawing.sizes``.

@@ -10,11 +10,11 @@ from lagrange_cli.expression.confusions import (
     NOT_SUPPORTED,
     PRIMES,
     VELOCITIES,
-    decimal_comma,
     spin_component,
 )
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
 from lagrange_cli.expression.near import known_hint, near_hint, shown
+from lagrange_cli.expression.quantities import decimal_comma
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.sums import Sums

@@ -7,9 +7,10 @@ an expression are found at once.
 
 from __future__ import annotations
 
-from lagrange_cli.expression.confusions import DEGREES, RADIANS, quantity, with_comma
+from lagrange_cli.expression.confusions import DEGREES, RADIANS
 from lagrange_cli.expression.cursor import PARTS_HINT, PRINTED, WRITTEN, Bounds, Hopeless
 from lagrange_cli.expression.operators import Parser
+from lagrange_cli.expression.quantities import quantity, with_comma
 from lagrange_cli.expression.syntax import ExpressionError, Number, Span, Tree
 
 

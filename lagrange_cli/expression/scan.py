@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator
 from unicodedata import category
 
-from lagrange_cli.expression.confusions import CHARACTERS, RAISED, STRANGERS, SUBSCRIPTS, TEN, lowered
+from lagrange_cli.expression.confusions import CHARACTERS, STRANGERS, SUBSCRIPTS
 from lagrange_cli.expression.near import shown
+from lagrange_cli.expression.quantities import RAISED, TEN, lowered
 from lagrange_cli.expression.syntax import Span
 from lagrange_cli.records import dataclass
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.operations import cross
-from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Term, Total, placed
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Term, Total, opposite, placed
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
 from lagrange_cli.families.joints.articulation import constant_total
@@ -41,7 +41,7 @@ def applied_forces(
         refuse_angles(builder.slots, [power])
         (rates,), taken = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
         lost += taken
-        terms += [Term(term.domain, -term.node, term.targets) for term in rates.terms]
+        terms += opposite(rates.terms)
     terms = [part for one in terms for part in opened(builder, one)]
     return terms, pushes, [*(one for one in builder.totals if one not in known), *lost]
 
@@ -55,8 +55,8 @@ def opened(builder: FamilyBuilder, term: Term) -> Iterator[Term]:
         if not isinstance(total, Total) or isinstance(total, Chain) or slope.symbols & symbol.symbols:
             continue
         member = np.full(total.count, NONE)
-        member[slot.table] = np.arange(term.domain.count)
-        if np.any(member[slot.table] != np.arange(term.domain.count)):
+        member[slot.table] = term.domain.every
+        if np.any(member[slot.table] != term.domain.every):
             continue
         if not any(may_jump(slots, one.node, builder.q, builder.v) for one in total.terms):
             continue

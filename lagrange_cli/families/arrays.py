@@ -56,6 +56,16 @@ class Domain:
 
     count: int
 
+    @cached_property
+    def every(self) -> Places:
+        """The numbers of all members: the table of what each of them has of its own."""
+        return np.arange(self.count)
+
+    @cached_property
+    def together(self) -> Places:
+        """The table of what all of them have in common: the first number of an array."""
+        return np.zeros(self.count, dtype=np.int64)
+
 
 @dataclass(frozen=True, eq=False)
 class Slot:
@@ -127,6 +137,10 @@ class Slots:
         self.by_bit[node.symbols.bit_length() - 1] = node
         return node
 
+    def own(self, domain: Domain, array: Array) -> Node:
+        """The symbol of an array that has a number for each member of a domain."""
+        return self.symbol(domain, array, domain.every)
+
     def inside(self, node: Node) -> Iterator[tuple[Node, Slot]]:
         """The slots that an expression contains."""
         for bit in bits(node.symbols):
@@ -197,6 +211,11 @@ def total_of(
     if tree is not None:
         return Chain(Source.TOTAL, count, tuple(listed), tree, back)
     return Total(Source.TOTAL, count, tuple(listed))
+
+
+def opposite(terms: Iterable[Term]) -> list[Term]:
+    """Terms with the other sign."""
+    return [Term(one.domain, -one.node, one.targets) for one in terms]
 
 
 def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:

@@ -24,6 +24,7 @@ from lagrange_cli.families.elimination import DENSE, elimination_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.joints.responses import Responses, responses, trees_of
+from lagrange_cli.families.tables import in_groups
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.sparse import SparseElimination
 from lagrange_cli.records import dataclass
@@ -153,15 +154,14 @@ class Bonds:
         rows = np.concatenate([self.bounds[b].rows[a] for b, a in slots])
         numbers = np.concatenate([self.bounds[b].numbers for b, _ in slots])
         kinds = np.repeat(np.arange(len(slots)), [self.bounds[b].domain.count for b, _ in slots])
-        members = np.concatenate([np.arange(self.bounds[b].domain.count) for b, _ in slots])
+        members = np.concatenate([self.bounds[b].domain.every for b, _ in slots])
         order = np.argsort(rows, kind="stable")
         _, starts, degrees = np.unique(rows[order], return_index=True, return_counts=True)
         if int(np.sum(degrees**2)) > MOST * len(rows):
             raise Unsuited
         times, begins = np.repeat(degrees, degrees), np.repeat(starts, degrees)
-        one = np.repeat(np.arange(len(rows)), times)
-        within = np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
-        first, second = order[one], order[np.repeat(begins, times) + within]
+        one, within = in_groups(times)
+        first, second = order[one], order[begins[one] + within]
         below = numbers[first] >= numbers[second]
         first, second = first[below], second[below]
         keys, entries = np.unique(numbers[first] * self.count + numbers[second], return_inverse=True)

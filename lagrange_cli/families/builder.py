@@ -268,7 +268,7 @@ class FamilyBuilder(ArrayBuilder):
     def total(self, domain: Domain, terms: Sequence[Term]) -> Node:
         """The symbol of a new total of the members of a domain."""
         total = self.added(domain.count, terms)
-        self._newest = self.slots.symbol(domain, total, np.arange(domain.count))
+        self._newest = self.slots.own(domain, total)
         return self._newest
 
     def spread(self, domain: Domain, node: Node, targets: Places) -> list[Term]:

@@ -139,7 +139,7 @@ def jointed(spec: Spec, builder: ChainBuilder) -> Whole:
 
 def extent_of(placed: Iterable[tuple[Domain, Node, Node]]) -> Total:
     """sum m x^2 of places and masses."""
-    terms = [Term(domain, mass * x * x, np.zeros(domain.count, dtype=np.int64)) for domain, x, mass in placed]
+    terms = [Term(domain, mass * x * x, domain.together) for domain, x, mass in placed]
     return Total(Source.TOTAL, 1, tuple(terms))
 
 

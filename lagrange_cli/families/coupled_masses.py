@@ -56,7 +56,7 @@ class CoupledMasses:
         """The diagonal of M."""
         places = np.flatnonzero(self.pairs[:, 0] == self.pairs[:, 1])
         entry = slots.symbol(everyone, self.entries, places)
-        return Total(Source.TOTAL, self.count, (Term(everyone, entry, np.arange(self.count)),))
+        return Total(Source.TOTAL, self.count, (Term(everyone, entry, everyone.every),))
 
     def momenta(self, slots: Slots, v: Array) -> Sequence[Term]:
         """M v, but for the diagonal."""
@@ -70,7 +70,7 @@ class CoupledMasses:
         domain = Domain(len(self.below))
         entry = slots.symbol(domain, self.entries, self.below)
         first, second = (slots.symbol(domain, v, one) for one in self.pairs[self.below].T)
-        return Term(domain, entry * first * second, np.zeros(domain.count, dtype=np.int64))
+        return Term(domain, entry * first * second, domain.together)
 
     def matrix(self, entries: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[dict[int, float]]:
         """M row by row, from the values of its entries."""

@@ -121,8 +121,8 @@ def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
         energy = halved_squares(builder.graph, parts)
         if energy is None:
             raise Unsuited
-        terms.append(Term(domain, energy, np.zeros(domain.count, dtype=np.int64)))
-    return builder.slots.symbol(builder.root, builder.added(1, terms), np.zeros(1, dtype=np.int64))
+        terms.append(Term(domain, energy, domain.together))
+    return builder.slots.own(builder.root, builder.added(1, terms))
 
 
 def kinked(node: Node, by: Iterable[Node]) -> bool:

@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
@@ -90,7 +88,7 @@ def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: 
                 rate += one * slots.symbol(domain, system.v, slot.table)
                 slope, size = slope + one * one, size + bound * bound
         less = (slope * size) ** graph.number(0.5) - span * rate
-        found.append(Term(domain, less / b, np.zeros(domain.count, dtype=np.int64)))
+        found.append(Term(domain, less / b, domain.together))
     return [*found, *crossing(system, listed, bounds, span)]
 
 
@@ -116,4 +114,4 @@ def crossing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span:
         steep = slope * slope
         moved = span * (steep * speed) ** half + (steep * trace * size) ** half
         high = WIDTH**2 + u * u
-        yield Term(domain, 2 * moved * (1 + u * u) ** half / high, np.zeros(domain.count, dtype=np.int64))
+        yield Term(domain, 2 * moved * (1 + u * u) ** half / high, domain.together)

@@ -19,7 +19,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import AXES_COMPONENTS, AXES_RATES, COMPONENTS
 from lagrange_cli.families.applied import DISSIPATION, ON_COORDINATES, ON_PARTICLES
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, opposite, total_of
 from lagrange_cli.families.chains import ChainBuilder, together
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import Group, alike, among, group_of, particle_families
@@ -175,7 +175,7 @@ class _Reactions:
             listed_rows = rows.first + among(family, rows.family)
             along |= dict.fromkeys(listed_rows.tolist(), "a generalized force is given along")
         for key, term in pushes(builder):
-            found.setdefault(key, []).append(Term(term.domain, -term.node, term.targets))
+            found.setdefault(key, []).extend(opposite([term]))
         return found, along
 
     def inertia(self, builder: InSpace) -> Iterator[tuple[Axis, Term]]:
@@ -188,9 +188,9 @@ class _Reactions:
                 speed = builder.speeds[family.name, axis]
                 rate = None if speed is None else builder.rates_of(speed)
                 if rate is not None:
-                    every, domain = np.arange(rate.count), Domain(rate.count)
-                    m, a = (self.slots.symbol(domain, one, every) for one in (mass, rate))
-                    yield (family.name, axis), Term(domain, m * a, every)
+                    domain = Domain(rate.count)
+                    m, a = (self.slots.own(domain, one) for one in (mass, rate))
+                    yield (family.name, axis), Term(domain, m * a, domain.every)
 
     def unknown(self, rests: Mapping[Axis, Places], along: Mapping[int, str]) -> Mapping[str, str]:
         """Why forces on a family are not known: those ``along`` coordinates say what work is done, not on

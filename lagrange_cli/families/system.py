@@ -19,7 +19,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
-from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Domain, Source, Term, Total, opposite, total_of
 from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
@@ -188,18 +188,16 @@ def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> Fam
         gained = (Term(one.domain, -builder.rate(one.node, one.domain), one.targets) for one in vector.terms)
         rates, needed = total_of(builder.q.count, [*gradient.terms, *gained], graph), []
     terms, _, beside = applied_forces(builder, spec, ())
-    forces = total_of(builder.q.count, [*opposite(rates), *terms], graph)
+    forces = total_of(builder.q.count, [*opposite(rates.terms), *terms], graph)
     builder.totals.append(masses)
-    mass = slots.symbol(everyone, masses, np.arange(builder.q.count))
-    speed = slots.symbol(everyone, builder.v, np.arange(builder.q.count))
-    zeros = np.zeros(builder.q.count, dtype=np.int64)
-    squares, momentum = [Term(everyone, 0.5 * mass * speed * speed, zeros)], [*opposite(vector)]
-    momentum.append(Term(everyone, mass * speed, np.arange(builder.q.count)))
+    mass, speed = (slots.own(everyone, one) for one in (masses, builder.v))
+    squares = [Term(everyone, 0.5 * mass * speed * speed, everyone.together)]
+    momentum = [*opposite(vector.terms), Term(everyone, mass * speed, everyone.every)]
     if whole is not None:
         squares.append(whole.energy(slots, builder.v))
         momentum += whole.momenta(slots, builder.v)
     energy = builder.added(1, squares)
-    kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
+    kinetic = slots.own(builder.root, energy)
     momenta = total_of(builder.q.count, momentum, graph)
     apart = masses, energy, *([] if whole is None else [whole.entries])
     used = [total for total in builder.totals if total not in apart]
@@ -229,9 +227,9 @@ def divided(
     """The accelerations of the coordinates where M is diagonal, (F + A^T lambda) / M."""
     count, slots = builder.q.count, builder.slots
     terms = [*forces.terms, *(bound.pulls_on_coordinates(slots) if bound else ())]
-    whole, places = total_of(count, terms, builder.graph), np.arange(count)
-    force, mass = (slots.symbol(everyone, one, places) for one in (whole, masses))
-    return total_of(count, [Term(everyone, force / mass, places)], builder.graph)
+    whole = total_of(count, terms, builder.graph)
+    force, mass = (slots.own(everyone, one) for one in (whole, masses))
+    return total_of(count, [Term(everyone, force / mass, everyone.every)], builder.graph)
 
 
 def articulated(spec: Spec, algebra: GraphAlgebra, *, platforms: bool = False) -> FamilySystem:
@@ -249,13 +247,10 @@ def articulated(spec: Spec, algebra: GraphAlgebra, *, platforms: bool = False) -
     (whole,), _ = slopes(potential, builder.root, totals, slots, builder.q)
     refuse_speeds(builder, potential, (*totals, rates, *loads, *needed))
     terms, pushes, beside = applied_forces(builder, spec, given)
-    forces = total_of(builder.q.count, [*opposite(rates), *terms], graph)
-    pulls = [
-        total_of(one.count, [*one.terms, *(Term(t.domain, -t.node, t.targets) for t in push)], graph)
-        for one, push in zip(loads, pushes)
-    ]
+    forces = total_of(builder.q.count, [*opposite(rates.terms), *terms], graph)
+    pulls = [total_of(one.count, [*one.terms, *opposite(push)], graph) for one, push in zip(loads, pushes)]
     energy = builder.added(1, [*kinetic_terms(builder, found)])
-    kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
+    kinetic = slots.own(builder.root, energy)
     applied = total_of(builder.q.count, [*terms, *felt(slots, found, pushes, builder.totals)], graph)
     momentum = momenta(builder, found)
     bound = bonds(builder, spec, found)
@@ -303,11 +298,6 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         found = passing_where_parameters_jump(found)
     refuse_holding(found)
     return found
-
-
-def opposite(total: Total) -> list[Term]:
-    """Terms with the other sign."""
-    return [Term(one.domain, -one.node, one.targets) for one in total.terms]
 
 
 def observed(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[str, tuple[Total, int]]]:

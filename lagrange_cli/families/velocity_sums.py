@@ -12,6 +12,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Chain, Domain, Slot, Slots, Total, placed
 from lagrange_cli.families.coupled_masses import Product
+from lagrange_cli.families.tables import count_met, met
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 
@@ -64,14 +65,9 @@ def velocities_of(slots: Slots, slot: Slot, velocities: Array) -> Iterator[Veloc
 
 def joined(first: Places, second: Places) -> tuple[Places, Places]:
     """All pairs of places at which both have the same number."""
-    order = np.argsort(second, kind="stable")
-    left, right = (np.searchsorted(second[order], first, side) for side in ("left", "right"))
-    counts = right - left
-    if int(counts.sum()) > MOST:
+    if count_met(first, second) > MOST:
         raise Unsuited
-    one = np.repeat(np.arange(len(first)), counts)
-    begins = np.repeat(left - (np.cumsum(counts) - counts), counts)
-    return one, order[begins + np.arange(len(one))]
+    return met(first, second)
 
 
 def products_of(

@@ -31,7 +31,8 @@ from lagrange_cli.expression.operations import cross
 from lagrange_cli.model.model import Particle
 from lagrange_cli.model.orientation import Turning
 from lagrange_cli.model.scope import Scope
-from lagrange_cli.spec.spec import Expression, Inertia
+from lagrange_cli.spec.body import Inertia
+from lagrange_cli.spec.spec import Expression
 
 PAIRS = ((0, 1), (0, 2), (1, 2))
 

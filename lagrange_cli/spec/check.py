@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.body import Body
 from lagrange_cli.spec.content import (
     by_name,
     firsts,
@@ -29,7 +30,7 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import SECTIONS_OF, Settling, check_scalar, counted
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.spec import Body, Coordinate, Expression, Family, Parameter, Spec, Transformation
+from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec, Transformation
 from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from itertools import product
 from math import prod
 from typing import Any, TypeVar
 
-from lagrange_cli.expression.confusions import is_unit
 from lagrange_cli.expression.indices import counted, integer
 from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.quantities import is_unit
 from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, parts, plain_names
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.limits import way_out, whole

@@ -7,11 +7,12 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from lagrange_cli.expression.confusions import DEGREES, RADIANS, is_unit, quantity
+from lagrange_cli.expression.confusions import DEGREES, RADIANS
 from lagrange_cli.expression.keys import parse_key
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import read
+from lagrange_cli.expression.quantities import is_unit, quantity
 from lagrange_cli.expression.scan import WORDS
 from lagrange_cli.expression.syntax import ExpressionError, Key, Number, Span, Tree, Vector, names
 from lagrange_cli.expression.vocabulary import POINT, velocity_name

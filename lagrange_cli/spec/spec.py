@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.syntax import has_decimals, names
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.body import Body
 from lagrange_cli.spec.content import bases_of, firsts_of, groups_by_name, written
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Expression as Expression
@@ -75,59 +76,6 @@ class Coordinate:
 
 SURFACE = "--where"
 """The name of the event that a section is taken at; no name of a file is like it."""
-
-
-SOLIDS = {"sphere": "r", "cylinder": "[r, h]", "box": "[a, b, c]", "disc": "r", "rod": "l"}
-"""The homogeneous solids and their sizes; a cylinder, a disc and a rod have the body's third axis."""
-
-
-@dataclass(frozen=True)
-class Inertia:
-    """The moments of inertia of a body: three principal moments, or nine entries row by row; or the sizes of
-    the ``solid`` that it is. All are expressions in parameters."""
-
-    solid: str
-    entries: tuple[Expression, ...]
-    place: Place
-
-    def member(self, indices: Mapping[str, int]) -> Inertia:
-        """That of a member of a family."""
-        return replace(self, entries=tuple(replace(one, indices=indices) for one in self.entries))
-
-
-@dataclass(frozen=True)
-class Orientation:
-    """How a body's axes stand: three angles in the ``sequence`` of their axes, a quaternion with its scalar
-    first, or the nine entries of a matrix, row by row."""
-
-    form: str
-    sequence: str
-    entries: tuple[Expression, ...]
-    place: Place
-
-    def member(self, indices: Mapping[str, int]) -> Orientation:
-        """That of a member of a family."""
-        return replace(self, entries=tuple(replace(one, indices=indices) for one in self.entries))
-
-
-@dataclass(frozen=True)
-class Body:
-    """What a rigid body has besides the mass and the position of its centre, which are with those of the
-    particles."""
-
-    inertia: Inertia
-    orientation: Orientation
-    place: Place
-
-    @property
-    def expressions(self) -> tuple[Expression, ...]:
-        """All of them."""
-        return (*self.inertia.entries, *self.orientation.entries)
-
-    def member(self, name: str, indices: Mapping[str, int]) -> Body:
-        """A member of a family."""
-        inertia, orientation = (one.member(indices) for one in (self.inertia, self.orientation))
-        return replace(self, inertia=inertia, orientation=orientation)
 
 
 @dataclass(frozen=True)

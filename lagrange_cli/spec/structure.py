@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from lagrange_cli.spec.body import Body, Inertia, Orientation
 from lagrange_cli.spec.content import groups_by_name, groups_of
-from lagrange_cli.spec.spec import Body, Expression, Family, Inertia, Orientation, Spec
+from lagrange_cli.spec.spec import Expression, Family, Spec
 from lagrange_cli.spec.whole import WrittenFamily
 
 NUMBERS = frozenset({"parameters", "coordinates"})

@@ -30,11 +30,11 @@ from lagrange_cli.expression.vocabulary import (
     SPACE_SPIN,
     VELOCITY_COMPONENTS,
 )
+from lagrange_cli.spec.body import Orientation
 from lagrange_cli.spec.content import groups_of, statements
 from lagrange_cli.spec.draft import Draft, WrittenBody
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.spec import Orientation
 
 ZERO, CONSTANT, VARYING = range(3)
 """What is known of a value: it is 0 in every state, the same in every state, or neither."""

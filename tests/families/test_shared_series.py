@@ -13,7 +13,7 @@ import pytest
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.families import chunks, jets, shared_jets, shared_steps, strips, tiling
+from lagrange_cli.native.families import chunks, jets, shared_work, strips, tiling
 from tests.families.test_blocks import LATTICE, SYSTEMS, TOLERANCE
 from tests.families.test_threads import Stopped, followed, ready, started
 from tests.support.command import PATIENCE, environment, lagrange
@@ -28,14 +28,14 @@ def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Families stay families, and are shared, however few their members are."""
     monkeypatch.setattr(systems, "FEWEST", 0)
     monkeypatch.setattr(tiling, "PART", 1)
-    monkeypatch.setattr(shared_steps, "HEIGHT", 16)
+    monkeypatch.setattr(shared_work, "HEIGHT", 16)
     monkeypatch.setattr(strips, "WORTH", 0)
     share(monkeypatch, 0)
 
 
 def share(monkeypatch: pytest.MonkeyPatch, least: int) -> None:
     """From how much work on it is shared, from here on."""
-    for module in (tiling, shared_jets):
+    for module in (tiling, shared_work):
         monkeypatch.setattr(module, "SHARED", least)
 
 
@@ -121,10 +121,10 @@ KILLED = """
 import os, signal, threading, time
 from lagrange_cli.cli.main import run
 from lagrange_cli.families import system
-from lagrange_cli.native.families import shared_jets, tiling
+from lagrange_cli.native.families import shared_work, tiling
 from lagrange_cli.store.output import Output
 
-system.FEWEST = tiling.MANY = tiling.SHARED = shared_jets.SHARED = 0
+system.FEWEST = tiling.MANY = tiling.SHARED = shared_work.SHARED = 0
 tiling.PART = 1
 keep = Output.keep
 
@@ -148,7 +148,7 @@ def test_a_motion_goes_on_after_its_threads_were_killed(
     """In the middle of a step of two threads; one thread continues it, to the same bytes. The summary says
     how many there were."""
     monkeypatch.setattr(tiling, "MANY", 0)
-    monkeypatch.setattr(shared_steps, "HEIGHT", 1024)
+    monkeypatch.setattr(shared_work, "HEIGHT", 1024)
     (tmp_path / "ring.yaml").write_text(RING)
     command = ["solve", "ring.yaml", "--stop", "60", "--samples", "3", "--no-cache"]
     command += ["--method", "taylor", "--tolerance", str(TOLERANCE), "--outputs", "q,v"]

@@ -188,10 +188,7 @@ def by_speeds(
             whole = state.values.node(system.kinetic)
             steps = masses * (new**2 - speeds**2) / 2
         else:
-            (whole,), root = (
-                state.values.of(one),
-                system.slots.symbol(system.root, one, np.zeros(1, dtype=np.int64)),
-            )
+            (whole,), root = (state.values.of(one), system.slots.own(system.root, one))
             (slope,), _ = slopes(root, system.root, [system.momenta, one], system.slots, system.v)
             steps = state.values.of(slope)[places] * (new - speeds)
         changes = np.bincount(acting, steps).astype(np.float64)

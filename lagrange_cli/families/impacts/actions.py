@@ -24,6 +24,7 @@ from lagrange_cli.families.impacts.joint_contacts import apart, impacts_on_joint
 from lagrange_cli.families.impacts.reflection import EventStates, turned
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.refusals import RELATIVE
+from lagrange_cli.families.tables import in_groups
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
@@ -146,17 +147,13 @@ def on_joints(
     """
     if not events.changed.size:
         return events
-    n, (acting, places) = builder.q.count, events.changed
+    n, (_, places) = builder.q.count, events.changed
     refuse_masses(builder, events, weights_on(found))
     read = Reading(builder, events.arguments)
-    impact = np.zeros(events.count, dtype=bool)
-    impact[acting] = True
-    impact[acting[(places < n) | (places >= 2 * n)]] = False
-    impact[read.readers[(read.places >= n) & (read.places < 2 * n)]] = False
+    impact, touched = impacting(events, read, n)
     if np.any(read.wide[n : 2 * n]):
         impact[read.adding] = False
-    touched = read.adding.copy()
-    touched[read.readers[read.places < n]] = True
+    touched |= read.adding
     reflected, lossless = turned(builder, events, kinetic)
     slowing, impacts = np.flatnonzero(impact & touched & ~reflected), None
     simple, pairs = simple_in(events, read)
@@ -226,8 +223,8 @@ def simple_in(events: Events, read: Reading) -> tuple[NDArray[np.bool_], Places]
         simple[acting] = True
     else:
         counts[:] = 0
-    begins = np.repeat(left - (np.cumsum(counts) - counts), counts)
-    doing, reading = np.repeat(acting, counts), read.readers[begins + np.arange(len(begins))]
+    which, within = in_groups(counts)
+    doing, reading = acting[which], read.readers[left[which] + within]
     simple[acting[read.wide[places]]] = False
     simple[doing[doing == reading]] = False
     return simple, np.stack([doing, reading])
@@ -279,22 +276,25 @@ def with_coupled_masses(
     return replace(events, simple=simple, affected=affected_by(simple, pairs), keeps_energy=keeps)
 
 
+def impacting(events: Events, read: Reading, n: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which events set velocities and nothing else, and have arguments without velocities; and which have
+    coordinates in theirs."""
+    acting, places = events.changed
+    impact, touched = np.zeros((2, events.count), dtype=bool)
+    impact[acting] = True
+    impact[acting[(places < n) | (places >= 2 * n)]] = False
+    impact[read.readers[(read.places >= n) & (read.places < 2 * n)]] = False
+    touched[read.readers[read.places < n]] = True
+    return impact, touched
+
+
 def slowing_in(events: Events, read: Reading, states: EventStates, n: int) -> Places | None:
     """The impacts that do not reflect the speed; None if there are no impacts."""
-    count = events.count
-    acting, places = events.changed
-    is_speed = (places >= n) & (places < 2 * n)
-    impact = np.zeros(count, dtype=bool)
-    impact[acting] = True
-    impact[acting[~is_speed]] = False
-    of_speeds = (read.places >= n) & (read.places < 2 * n)
-    impact[read.readers[of_speeds]] = False
+    impact, touched = impacting(events, read, n)
     if not impact.any():
         return None
     if np.any(impact & read.adding):
         raise Unsuited
-    touched = np.zeros(count, dtype=bool)
-    touched[read.readers[read.places < n]] = True
     impact &= touched
     return np.flatnonzero(impact & ~states.judge(states.reflected, impact))
 

@@ -4,7 +4,7 @@ while it pushes.
 The impulses of slow impacts have the direction d (see ``impacts``). Where M d is along grad g, as of impacts
 without friction, so is the force of contact: N grad g. The condition d2g/dt2 = 0 is then that of a constraint
 g = 0 with the multiplier N, and all N and the multipliers of constraints follow from one symmetric matrix
-(``native.families.constraints.contact_restraint``).
+(``native.families.constraints.contacts``).
 """
 
 from __future__ import annotations

@@ -23,6 +23,7 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Contacts, Impacts
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.impacts.parting import parting
+from lagrange_cli.families.tables import found_in
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 
@@ -125,9 +126,8 @@ class Finding:
 
     def slope_of(self, contacts: Places, coordinates: Places) -> Places:
         """The numbers of these slopes, or ``NONE``."""
-        wanted = contacts * self.degrees + coordinates
-        at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
-        return np.where(self._keys[at] == wanted, at, NONE)
+        at, known = found_in(self._keys, contacts * self.degrees + coordinates)
+        return np.where(known, at, NONE)
 
     @cached_property
     def slopes(self) -> Total:

@@ -16,6 +16,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.events import ROUNDED, SEEDS, Events, random_state
+from lagrange_cli.families.tables import found_in
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 
@@ -74,12 +75,8 @@ class EventStates(FamilyValues):
         value, slot = super()._value(node, arguments), self.slots.of.get(node)
         if self._reading is None or slot is None or slot.array is not self.builder.q:
             return value
-        at, known = self._at(self._reading * self.degrees + slot.table)
+        at, known = found_in(self.keys, self._reading * self.degrees + slot.table)
         return value + np.where(known, self.moved[at], 0.0)
-
-    def _at(self, wanted: Places) -> tuple[Places, Any]:
-        at = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
-        return at, self.keys[at] == wanted
 
     def _move(self) -> None:
         """Move each to where its event happens; those for which there is no such place stay."""
@@ -91,7 +88,7 @@ class EventStates(FamilyValues):
                 value += np.bincount(term.targets, own, self.count)
                 for symbol, slot in self.builder.slots.inside(term.node):
                     if slot.array is self.builder.q:
-                        at, _ = self._at(term.targets * self.degrees + slot.table)
+                        at, _ = found_in(self.keys, term.targets * self.degrees + slot.table)
                         slope = self.of_events(self.builder.graph.diff(term.node, symbol), term.targets)
                         slopes += np.bincount(at, slope, len(self.keys))
             reach = np.bincount(of_key, np.abs(slopes), self.count)
@@ -129,11 +126,10 @@ class EventStates(FamilyValues):
             for symbol, slot in self.builder.slots.inside(term.node):
                 if slot.array is self.builder.q:
                     slope = self.of_events(graph.diff(term.node, symbol), term.targets)
-                    wanted = term.targets * self.degrees + slot.table
-                    at = np.minimum(np.searchsorted(sets, wanted), len(sets) - 1)
+                    at, known = found_in(sets, term.targets * self.degrees + slot.table)
                     before = self.v[slot.table]
                     add(term, slope * before)
-                    add(term, slope * np.where(sets[at] == wanted, new[at], before))
+                    add(term, slope * np.where(known, new[at], before))
         return np.abs(total) <= ROUNDED * size
 
     def lossless(self, masses: Total) -> Any:

@@ -18,6 +18,7 @@ from lagrange_cli.families.events import ROUNDED, Events
 from lagrange_cli.families.impacts.impacts import part_of
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.refusals import REACHING
+from lagrange_cli.families.tables import found_in
 from lagrange_cli.families.values import FamilyValues
 
 if TYPE_CHECKING:
@@ -144,8 +145,8 @@ class Slowing:
             others = np.flatnonzero(slot.table != coordinates)
             if np.isin(contacts[others] * self.degrees + slot.table[others], wanted).any():
                 raise Unsuited(*SUMMED)
-        at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
-        which = np.flatnonzero(keys[order][at] == wanted)
+        at, known = found_in(keys[order], wanted)
+        which = np.flatnonzero(known)
         if not len(which):
             return
         mine = order[at[which]]
@@ -184,9 +185,8 @@ class Slowing:
         size, total, range_ = np.zeros(count), np.zeros(count), np.zeros(count)
 
         def add(contacts: Places, rows: Places, values: Values) -> None:
-            wanted = contacts * n + rows
-            at = np.minimum(np.searchsorted(places, wanted), len(places) - 1)
-            product = values * np.where(places[at] == wanted, whole[at], 0.0)
+            at, known = found_in(places, contacts * n + rows)
+            product = values * np.where(known, whole[at], 0.0)
             size[:] += np.bincount(contacts, np.abs(values), count)
             total[:] += np.bincount(contacts, product, count)
             range_[:] += np.bincount(contacts, np.abs(product), count)

@@ -85,7 +85,7 @@ def centres(builder: FamilyBuilder, spec: Spec) -> list[Total]:
         for axis, x in enumerate(place)
     ):
         terms += [[] for _ in range(axis + 1 - len(terms))]
-        terms[axis].append(Term(domain, mass * x, np.zeros(domain.count, dtype=np.int64)))
+        terms[axis].append(Term(domain, mass * x, domain.together))
     return [builder.added(1, one) for one in terms]
 
 

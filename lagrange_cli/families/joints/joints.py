@@ -16,6 +16,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Chain, Domain, Total
 from lagrange_cli.families.joints.relative import Relative
+from lagrange_cli.families.tables import in_groups
 from lagrange_cli.records import dataclass
 
 
@@ -105,9 +106,7 @@ class Articulation:
             if not len(here):
                 return np.concatenate(members), np.concatenate(found)
             left, right = (np.searchsorted(nodes, at, side) for side in ("left", "right"))
-            counts = right - left
-            each = np.repeat(np.arange(len(here)), counts)
-            within = np.arange(len(each)) - np.repeat(np.cumsum(counts) - counts, counts)
+            each, within = in_groups(right - left)
             members.append(here[each])
             found.append(rows[left[each] + within])
             at = self.parents[at]

@@ -8,7 +8,7 @@ direction leads back: F(v < 0) >= 0 >= F(v > 0). These are ``limits``, as of ``n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,6 +82,24 @@ class Decision:
     domain: Domain
     argument: Node
     modes: Places
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionModes:
+    """Friction that is ``listed`` in the forces of a ``system``, and its ``modes``: which of them the members
+    of a place where it jumps have (``numbers``), and by what each is decided. ``frozen`` puts modes in place
+    of switches."""
+
+    system: FamilySystem
+    listed: Sequence[Friction]
+    modes: Array
+    numbers: Mapping[tuple[Domain, Node], Places]
+    decisions: Sequence[Decision]
+    frozen: Callable[[Term], Term]
+
+    def of(self, one: Friction) -> Places:
+        """The modes of a force."""
+        return self.numbers[one.place]
 
 
 @dataclass(frozen=True, eq=False)

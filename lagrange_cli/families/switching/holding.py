@@ -6,7 +6,7 @@ to the side where both are greater, or both less: so each of the two has the sid
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +14,7 @@ import numpy as np
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
-from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.switching.friction import Decision, Friction, Held, Rest, gate, rate_at_rest
+from lagrange_cli.families.switching.friction import Friction, FrictionModes, Held, Rest, gate, rate_at_rest
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, replace
@@ -60,19 +59,12 @@ class Holding:
         return np.flatnonzero(self.own[:, 0] == NONE)
 
 
-def held(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    rest: Rest,
-    modes: Array,
-    numbers: Mapping[tuple[Domain, Node], Places],
-    frozen: Callable[[Term], Term],
-    decisions: Sequence[Decision],
-) -> Held:
-    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes`` and what
-    decides them. One coordinate may be held at several places."""
+def held(friction: FrictionModes, rest: Rest) -> Held:
+    """The forces of a system with friction, beside the ``rest``. One coordinate may be held at several
+    places."""
+    system, modes, frozen = friction.system, friction.modes, friction.frozen
     slots, count = system.slots, system.q.count
-    holding = holding_of(system, listed, numbers, modes)
+    holding = holding_of(friction)
     resting, free, own = holding.resting, holding.free, holding.own
     other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
     still, moving = Domain(len(resting)), Domain(len(free))
@@ -83,12 +75,12 @@ def held(
     if len(free):
         forces.append(Term(moving, slots.symbol(moving, other, free), free))
         balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
-    for term in by_term(listed):
+    for term in by_term(friction.listed):
         force = frozen(term)
         moves = gate(slots, term.domain, modes, own[term.targets])
         forces.append(replace(force, node=moves * force.node))
-    limits = limits_of(slots, listed, holding, other, modes, numbers, frozen)
-    carried, taken = carried_along(system, holding, modes, decisions)
+    limits = limits_of(friction, holding, other)
+    carried, taken = carried_along(friction, holding)
     forces += carried
     balanced += carried
     return Held(
@@ -98,15 +90,14 @@ def held(
     )  # fmt: skip
 
 
-def carried_along(
-    system: FamilySystem, holding: Holding, modes: Array, decisions: Sequence[Decision]
-) -> tuple[list[Term], list[Term]]:
+def carried_along(friction: FrictionModes, holding: Holding) -> tuple[list[Term], list[Term]]:
     """What accelerates coordinates as what they are held by, and what the limits lose by that."""
+    system, modes = friction.system, friction.modes
     slots, graph = system.slots, system.slots.graph
     row, order = (np.full(modes.count, NONE) for _ in range(2))
     row[holding.modes], order[holding.modes] = holding.rows, np.arange(len(holding.rows))
     forces, limits = list[Term](), list[Term]()
-    for one in decisions:
+    for one in friction.decisions:
         rate = graph.zero
         if slots.moving(one.argument, {system.v}):
             rate = rate_at_rest(system, one.argument, one.domain)
@@ -124,47 +115,34 @@ def carried_along(
     return forces, limits
 
 
-def holding_of(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    numbers: Mapping[tuple[Domain, Node], Places],
-    modes: Array,
-) -> Holding:
+def holding_of(friction: FrictionModes) -> Holding:
     """What holds coordinates.
 
     Raises ``Unsuited`` where one mode holds several of them, or several may hold one at the same place.
     """
-    pairs = np.concatenate([np.stack([one.term.targets, numbers[one.place]], axis=1) for one in listed])
-    pairs = np.unique(pairs, axis=0)
+    listed = [np.stack([one.term.targets, friction.of(one)], axis=1) for one in friction.listed]
+    pairs = np.unique(np.concatenate(listed), axis=0)
     rows, holding = np.ascontiguousarray(pairs.T)
     if len(np.unique(holding)) < len(holding):
         raise Unsuited
-    fast = speeds_of(system, listed, numbers, modes.count)[holding]
-    refuse_same(rows, fast, places_of(system, listed, numbers, modes.count)[holding])
+    fast = speeds_of(friction)[holding]
+    refuse_same(rows, fast, places_of(friction)[holding])
     both = bool(np.intersect1d(rows[fast], rows[~fast]).size)
-    return Holding(rows, holding, modes_of(rows, holding, system.q.count), both)
+    return Holding(rows, holding, modes_of(rows, holding, friction.system.q.count), both)
 
 
-def limits_of(
-    slots: Slots,
-    listed: Sequence[Friction],
-    holding: Holding,
-    other: Total,
-    modes: Array,
-    numbers: Mapping[tuple[Domain, Node], Places],
-    frozen: Callable[[Term], Term],
-) -> Total:
-    """The limits: the whole force on either side, of friction that is ``listed`` and of all ``other``
-    forces."""
+def limits_of(friction: FrictionModes, holding: Holding, other: Total) -> Total:
+    """The limits: the whole force on either side, of friction and of all ``other`` forces."""
+    slots, modes, frozen = friction.system.slots, friction.modes, friction.frozen
     rows, own = holding.rows, holding.own
     order = np.full(modes.count, NONE)
     order[holding.modes] = np.arange(len(rows))
     every = Domain(len(rows))
     everywhere = slots.symbol(every, other, rows)
     limits = [Term(every, sign * everywhere, 2 * np.arange(len(rows)) + k) for k, sign in SIDES]
-    for term, given in by_term(listed).items():
+    for term, given in by_term(friction.listed).items():
         force, targets = frozen(term), term.targets
-        mine = [numbers[one.place] for one in given]
+        mine = [friction.of(one) for one in given]
         for one, which in zip(given, mine):
             others = [*mine, *own[targets].T] if holding.both else []
             for k, sign in SIDES:
@@ -205,37 +183,28 @@ def refuse_same(rows: Places, fast: Places, places: Numbers) -> None:
         raise Unsuited(*PLACES)
 
 
-def speeds_of(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    numbers: Mapping[tuple[Domain, Node], Places],
-    count: int,
-) -> Places:
+def speeds_of(friction: FrictionModes) -> Places:
     """Which modes change with velocities."""
-    found = np.zeros(count, dtype=bool)
-    for one in listed:
-        found[numbers[one.place]] = system.slots.moving(one.argument, {system.v})
+    system, found = friction.system, np.zeros(friction.modes.count, dtype=bool)
+    for one in friction.listed:
+        found[friction.of(one)] = system.slots.moving(one.argument, {system.v})
     return found
 
 
-def places_of(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    numbers: Mapping[tuple[Domain, Node], Places],
-    count: int,
-) -> Numbers:
+def places_of(friction: FrictionModes) -> Numbers:
     """The place or the velocity of a coordinate at which each mode changes, nan if it is not a number that is
     known now."""
-    slots, graph, found = system.slots, system.slots.graph, np.full(count, np.nan)
+    system, found = friction.system, np.full(friction.modes.count, np.nan)
+    slots, graph = system.slots, system.slots.graph
     none, given = np.zeros(system.q.count), np.zeros(system.given.count)
     values = FamilyValues(system, 0.0, none, none, given)
-    for one in listed:
+    for one in friction.listed:
         inside = [*slots.inside(one.argument)]
         moving = [symbol for symbol, slot in inside if slot.array in (system.q, system.v)]
         fixed = [symbol for symbol, slot in inside if slot.array is system.whole]
         if len(moving) == 1 and one.argument.symbols == sum(s.symbols for s in (*moving, *fixed)):
             at_zero = substituted(graph, [one.argument], {moving[0]: graph.zero})[0]
-            found[numbers[one.place]] = -values.node(at_zero / graph.diff(one.argument, moving[0]))
+            found[friction.of(one)] = -values.node(at_zero / graph.diff(one.argument, moving[0]))
     return found
 
 

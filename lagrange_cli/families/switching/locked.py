@@ -12,7 +12,7 @@ friction against either direction leads back. H has a series of its own, and is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,13 +22,13 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem, Locks
 from lagrange_cli.families.joints.relative import Relative
-from lagrange_cli.families.switching.friction import CARRIED, Friction, Held, gate, rate_at_rest
+from lagrange_cli.families.switching.friction import CARRIED, FrictionModes, Held, gate, rate_at_rest
 from lagrange_cli.families.switching.holding import Holding, by_term, holding_of, limits_of
 from lagrange_cli.families.switching.stuck_joints import Hinges
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
-    from lagrange_cli.expression.index_arrays import Places
+    pass
 
 DRIVEN = (
     "dry friction in a hinge between links one of which is turned as t says, too",
@@ -37,27 +37,20 @@ DRIVEN = (
 """What members are written out for, and how to do without."""
 
 
-def locked(
-    system: FamilySystem,
-    listed: Sequence[Friction],
-    others: Sequence[Term],
-    applied: Total,
-    modes: Array,
-    numbers: Mapping[tuple[Domain, Node], Places],
-    frozen: Callable[[Term], Term],
-) -> Held:
-    """The forces of chains and trees with friction that is ``listed``, beside ``others``; ``applied`` is all
-    that is, with modes."""
+def locked(friction: FrictionModes, others: Sequence[Term], applied: Total) -> Held:
+    """The forces of chains and trees with friction, beside ``others``; ``applied`` is all that is, with
+    modes."""
+    system, modes, frozen = friction.system, friction.modes, friction.frozen
     slots, graph, count = system.slots, system.slots.graph, system.q.count
-    fast = [one for one in listed if slots.moving(one.argument, {system.v})]
+    fast = [one for one in friction.listed if slots.moving(one.argument, {system.v})]
     if any(not rate_at_rest(system, one.argument, one.term.domain).is_zero for one in fast):
         raise Unsuited(*CARRIED)
-    holding = holding_of(system, listed, numbers, modes)
+    holding = holding_of(friction)
     resting, free, own = holding.resting, holding.free, holding.own
     still, moving = Domain(len(resting)), Domain(len(free))
     gates = [Term(still, gate(slots, still, modes, own[resting]), resting), Term(moving, graph.one, free)]
     other = total_of(count, [*map(frozen, others)], graph)
-    rubbing = [*map(frozen, by_term(listed))]
+    rubbing = [*map(frozen, by_term(friction.listed))]
 
     def sticks(one: Term) -> Node:
         return 1.0 - gate(slots, one.domain, modes, own[one.targets])
@@ -73,7 +66,7 @@ def locked(
         driving = total_of(count, relative.own(left), graph)
     balanced = [*applied.terms, Term(still, -slots.symbol(still, driving, resting), resting), *idle]
     return Held(
-        modes=holding.modes, limits=limits_of(slots, listed, holding, driving, modes, numbers, frozen),
+        modes=holding.modes, limits=limits_of(friction, holding, driving),
         other=other, forces=forces, applied=total_of(count, balanced, graph), locks=locks,
         before=() if driving is left else (driving,),
     )  # fmt: skip

@@ -8,7 +8,7 @@ constraints are (``native.families.constraints.sticking``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,12 +16,12 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
+from lagrange_cli.families.arrays import NONE, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.bonds import Bonds, Bound, responses_of
 from lagrange_cli.families.switching.friction import (
     CARRIED,
-    Decision,
     Friction,
+    FrictionModes,
     Held,
     gate,
     linear_in,
@@ -30,7 +30,7 @@ from lagrange_cli.families.switching.friction import (
 from lagrange_cli.families.switching.stuck_joints import sticking_joints
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.families.description import FamilySystem
@@ -49,40 +49,26 @@ LOOPS = (
 """What members are written out for, and how to do without."""
 
 
-@dataclass(frozen=True, eq=False)
-class Contacts:
-    """Friction in the forces of a ``system``, and its ``modes``: which of them the members of a term have
-    (``numbers``), and by what each is decided. ``frozen`` puts modes in place of switches."""
-
-    system: FamilySystem
-    modes: Array
-    numbers: Mapping[tuple[Domain, Node], Places]
-    decisions: Sequence[Decision]
-    frozen: Callable[[Term], Term]
-
-
-def held(contacts: Contacts, rubbing: Sequence[Friction], whole: tuple[Total, Total], moving: int) -> Held:
-    """The forces with what is ``rubbing`` in them; the ``whole`` of these and of what is applied, with
-    modes.
+def held(friction: FrictionModes, whole: tuple[Total, Total], moving: int) -> Held:
+    """The forces with friction in them; the ``whole`` of these and of what is applied, with modes.
 
     Raises ``Unsuited`` where friction does not act against its own velocity, or may hold members in a circle.
     """
-    listed = [contacts.numbers[one.term.domain, one.argument] for one in rubbing]
-    modes = np.unique(np.concatenate(listed))
-    order = np.full(contacts.modes.count, NONE)
+    modes = np.unique(np.concatenate([friction.of(one) for one in friction.listed]))
+    order = np.full(friction.modes.count, NONE)
     order[modes] = np.arange(len(modes))
-    bounds = [*bounds_of(contacts, order)]
+    bounds = [*bounds_of(friction, order)]
     multipliers = Total(Source.TOTAL, len(modes))
-    system, count = contacts.system, len(modes)
+    system, count = friction.system, len(modes)
     felt = None if system.joints is None else responses_of(bounds, count, system.q.count, system.joints)
     sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, 0, felt)
     refuse_circles(system, sticking)
     sticking.elimination  # noqa: B018 - refuses what is coupled to too much
-    limit = limits_of(contacts, rubbing, sticking, order, moving)
-    loose, applied = (with_means(contacts, one, rubbing) for one in whole)
+    limit = limits_of(friction, sticking, order, moving)
+    loose, applied = (with_means(friction, one) for one in whole)
     locks, holding, slots = None, multipliers, system.slots
     if system.joints is not None:
-        found = sticking_joints(system, bounds, (contacts.modes, modes), loose)
+        found = sticking_joints(system, bounds, (friction.modes, modes), loose)
         locks, holding = found or (None, multipliers)
     domain, numbers = Domain(len(modes)), np.arange(len(modes))
     most, force = (slots.symbol(domain, one, numbers) for one in (limit, holding))
@@ -101,10 +87,10 @@ def held(contacts: Contacts, rubbing: Sequence[Friction], whole: tuple[Total, To
     return made if locks is None else replace(made, forces=loose, sticking=None, loose=None, locks=locks)
 
 
-def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:
+def bounds_of(friction: FrictionModes, order: Places) -> Iterator[Bound]:
     """The relative velocities, each once, by the place of its mode in an ``order``."""
-    system, slots = contacts.system, contacts.system.slots
-    for one in contacts.decisions:
+    system, slots = friction.system, friction.system.slots
+    for one in friction.decisions:
         numbers = order[one.modes]
         kept = np.flatnonzero(numbers >= 0)
         if not len(kept):
@@ -124,14 +110,14 @@ def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:
         yield Bound(domain, speed, numbers[kept], rows, symbols, slopes, slots.graph.zero, holonomic=False)
 
 
-def with_means(contacts: Contacts, total: Total, listed: Sequence[Friction]) -> Total:
+def with_means(friction: FrictionModes, total: Total) -> Total:
     """Forces whose friction is the mean of both directions, and not that of u < 0, where a mode is 0."""
-    slots = contacts.system.slots
+    slots = friction.system.slots
     terms = [*total.terms]
-    for one in listed:
-        domain, numbers = one.term.domain, contacts.numbers[one.term.domain, one.argument]
-        sticks = 1.0 - gate(slots, domain, contacts.modes, numbers)
-        change = contacts.frozen(Term(domain, jump(slots, one), one.term.targets))
+    for one in friction.listed:
+        domain = one.term.domain
+        sticks = 1.0 - gate(slots, domain, friction.modes, friction.of(one))
+        change = friction.frozen(Term(domain, jump(slots, one), one.term.targets))
         terms.append(Term(domain, sticks * change.node, change.targets))
     return total_of(total.count, terms, slots.graph)
 
@@ -142,21 +128,19 @@ def jump(slots: Slots, one: Friction) -> Node:
     return difference
 
 
-def limits_of(
-    contacts: Contacts, listed: Sequence[Friction], sticking: Bonds, order: Places, moving: int
-) -> Total:
+def limits_of(friction: FrictionModes, sticking: Bonds, order: Places, moving: int) -> Total:
     """The limit of each force of friction, -(jump of the force on a coordinate)/(its slope). It is the same
     for all coordinates; those of the first one are taken.
 
     Raises ``Unsuited`` where they differ, or depend on which way another friction acts."""
-    system, slots, graph = contacts.system, contacts.system.slots, contacts.system.slots.graph
+    system, slots, graph = friction.system, friction.system.slots, friction.system.slots.graph
     width = max(len(one.rows) for one in sticking.bounds)
     rows = np.full((sticking.count, width), NONE)
     for bound in sticking.bounds:
         rows[bound.numbers, : len(bound.rows)] = np.stack(bound.rows, axis=1)
-    arguments = {one.argument for one in listed}
+    arguments = {one.argument for one in friction.listed}
     terms = []
-    for one in listed:
+    for one in friction.listed:
         strength = jump(slots, one)
         if any(other.arguments[0] in arguments for other in switches([strength], moving)):
             raise Unsuited  # the limit depends on which way another friction acts
@@ -165,17 +149,17 @@ def limits_of(
             for s, slot in linear_in(system, one.argument, moving)
             if np.array_equal(slot.table, one.term.targets)
         )
-        numbers = order[contacts.numbers[one.term.domain, one.argument]]
+        numbers = order[friction.of(one)]
         own = np.argmax(rows[numbers] == one.term.targets[:, None], axis=1)
         node = -strength / graph.diff(one.argument, symbol)
-        terms.append(contacts.frozen(Term(one.term.domain, node, width * numbers + own)))
+        terms.append(friction.frozen(Term(one.term.domain, node, width * numbers + own)))
     each = total_of(sticking.count * width, terms, graph)
     chance = np.random.default_rng(SEED)
     q, v = (chance.uniform(0.2, 1.2, system.q.count) for _ in range(2))
     given = chance.uniform(0.7, 1.1, system.given.count)
-    signs = np.where(chance.uniform(-1.0, 1.0, contacts.modes.count) < 0.0, -1.0, 1.0)
+    signs = np.where(chance.uniform(-1.0, 1.0, friction.modes.count) < 0.0, -1.0, 1.0)
     with np.errstate(all="ignore"):
-        values = FamilyValues(system, 0.6, q, v, given, {contacts.modes: signs}).of(each).reshape(-1, width)
+        values = FamilyValues(system, 0.6, q, v, given, {friction.modes: signs}).of(each).reshape(-1, width)
     if np.any((rows >= 0) & ~(np.abs(values - values[:, :1]) <= ROUNDED * np.abs(values[:, :1]))):
         raise Unsuited(*COUNTERFORCES)
     domain, numbers = Domain(sticking.count), np.arange(sticking.count)

@@ -18,7 +18,7 @@ from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.jumps import is_root
-from lagrange_cli.families.switching.friction import Decision, Held, Rest, linear_in
+from lagrange_cli.families.switching.friction import Decision, FrictionModes, Held, Rest, linear_in
 from lagrange_cli.families.switching.held_vectors import Acting, Rubbing, held_along
 from lagrange_cli.families.switching.holding import held
 from lagrange_cli.families.switching.switched import Switched
@@ -235,22 +235,21 @@ class Switching(Switched):
         if system.joints is not None:
             from lagrange_cli.families.switching.locked import locked
 
-            given = self.modes, self.numbers[1], self.frozen
-            return locked(system, self.friction, others, applied, *given)
-        slopes = self.of(system.slopes)
-        rest = Rest(others, applied, slopes)
-        return held(system, self.friction, rest, self.modes, self.numbers[1], self.frozen, self.decisions)
+            return locked(self._rubbing, others, applied)
+        return held(self._rubbing, Rest(others, applied, self.of(system.slopes)))
+
+    @property
+    def _rubbing(self) -> FrictionModes:
+        """The friction and its modes."""
+        given = self.modes, self.numbers[1], self.decisions, self.frozen
+        return FrictionModes(self.system, self.friction, *given)
 
     def _held_together(self) -> Held:
         """The forces where friction may hold coordinates to each other."""
         from lagrange_cli.families.switching import relative_friction
 
-        system = self.system
-        contacts = relative_friction.Contacts(
-            system, self.modes, self.numbers[1], self.decisions, self.frozen
-        )
-        whole = self.by_terms(system.forces), self.by_terms(system.applied)
-        return relative_friction.held(contacts, self.friction, whole, self.moving)
+        whole = self.by_terms(self.system.forces), self.by_terms(self.system.applied)
+        return relative_friction.held(self._rubbing, whole, self.moving)
 
     @cached_property
     def modes(self) -> Array:

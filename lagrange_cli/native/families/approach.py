@@ -10,11 +10,11 @@ from lagrange_cli.families.arrays import Array, Source, Term
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.tables import lanes
+from lagrange_cli.native.families.tables import before
 from lagrange_cli.native.families.vectors import DoubleVectors, Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.records import replace
 
 APPROACH = (
@@ -34,7 +34,7 @@ class _Largest(Writer):
         f, fixed = self.f, self.fixed(bases)
         with f.loop(0, length, LANES, tested=False) as j:
             known = {**self.evaluation.known, **fixed, **self.changing(bases, j)}
-            inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
+            inside = before(f, j, length)
             for value in self.values(known, j):
                 number = self.vectors.number(value)
                 bound = f.select(number >= number, number, f.splat(f.constant(math.inf), LANES))
@@ -46,12 +46,8 @@ def approach(arrangement: Arrangement, terms: Sequence[Term], bounds: Array, spa
     """The text of the function, of ``families.poles.nearing``: the largest of its terms. A step has the
     length ``%h``, and ``%bounds`` has the ``bounds``."""
     f = Function(APPROACH)
-    vectors, system = DoubleVectors(f), arrangement.system
-    arrays = {
-        system.q: f.pointer("%state"),
-        system.v: f.place("%state", arrangement.degrees, "double"),
-        bounds: f.pointer("%bounds"),
-    }
+    vectors = DoubleVectors(f)
+    arrays = {**arrangement.state(f), bounds: f.pointer("%bounds")}
     evaluation = arrangement.evaluation(vectors, arrays, Real(f, "%t", 1))
     step: Operands = vectors.operand(f.splat(Real(f, "%h", 1), LANES))
     evaluation = replace(evaluation, known={**evaluation.known, span: step})

@@ -1,4 +1,4 @@
-"""Where the arrays of a system of families are: what lasts during a motion, and scratch."""
+"""What a program of families is made of, as totals, and where those are that last during a motion."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
-from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
+from lagrange_cli.native.families.constraints.contacts import ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import factors_of
 from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.constraints.equations import (
@@ -25,9 +25,9 @@ from lagrange_cli.native.families.constraints.equations import (
 )
 from lagrange_cli.native.families.constraints.impulses import Impulses
 from lagrange_cli.native.families.constraints.matrix import MatrixOfConstraints
-from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
+from lagrange_cli.native.families.constraints.restraint import AlongMotion
 from lagrange_cli.native.families.constraints.sticking import Sticking
-from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.joints.balance import Balance
 from lagrange_cli.native.families.joints.closed_projection import Residuals
 from lagrange_cli.native.families.joints.closure import Closure
@@ -35,13 +35,10 @@ from lagrange_cli.native.families.joints.contacts import JointContacts
 from lagrange_cli.native.families.joints.sticking import StickingClosure
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.tables import Tables
-from lagrange_cli.native.families.vectors import DoubleVectors, Numbers, Vectors
-from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.vector import Pointer
+from lagrange_cli.native.families.scratch import Scratch
+from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.motions import RATES, highest
 from lagrange_cli.native.rates.schemes import scheme_of
-from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
@@ -53,8 +50,8 @@ Observed = Mapping[str, Element]
 NOTHING: Observed = MappingProxyType({})
 
 
-class Arrangement:
-    """What lasts during a motion, and where arrays of it are in ``%constants``, for a program.
+class Arrangement(Scratch):
+    """What a program computes, and where arrays of what lasts during a motion are in ``%constants``.
 
     The program is that of ``system`` with q's series to ``order``, in numbers of a ``kind``, and
     integrals of ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a
@@ -81,17 +78,16 @@ class Arrangement:
         integrands: Observed = NOTHING,
         concise: bool = False,
     ) -> None:
+        super().__init__(system)
         self.kind, self.factor, self.concise = kind, factor, concise
-        self.system, self.slots, self.graph = system, system.slots, system.slots.graph
+        self.graph = system.slots.graph
         sampled = self.sampled = sampled or system
         self.observed, self.tolerance, self.scheme = observed, tolerance, scheme
         self.proven = proven
         guarded = system.modes is not None or system.events is not None
         self.order = highest(order, scheme, guarded=guarded)
         stepping = bool(scheme) or order > RATES
-        self.tables = Tables(Constants())
         self.lasting = Lasting(system)
-        self.degrees = system.q.count
         acting = system.events if stepping else None
         self.events = acting and acting.simple_in(kind.parts, scheme)
         self.modes = system.modes
@@ -118,7 +114,6 @@ class Arrangement:
             self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
         self.factors = factors_of(system, self.lasting, self.tables)
         """Those of M, or of the matrix with constraints, where M is not diagonal."""
-        lasts = self.factors is not None
         self.motion: AlongMotion | None = None
         self.closure: Closure | None = None
         self.balance = self.sticking = self.touch = None
@@ -137,7 +132,7 @@ class Arrangement:
         elif isinstance(self.contact, Coupled):
             self.motion = ContactRestraint(system, self.lasting)
         elif system.bonds is not None:
-            self.motion = along_motion(system, self.lasting, lasts=lasts)
+            self.motion = along_motion(system, self.lasting)
         elif self.modes is not None and self.modes.sticking is not None:
             self.sticking = Sticking(system, self.lasting)
         if self.balance is not None and isinstance(self.contact, Coupled):
@@ -147,7 +142,7 @@ class Arrangement:
         if self.closure is not None and system.bonds is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         bound = self.motion is not None and system.bonds is not None
-        self.moves = moves_of(system, self.lasting, lasts=lasts) if bound and stepping else None
+        self.moves = moves_of(system, self.lasting) if bound and stepping else None
         self.impulses: Impulses | None = None
         if self.events is not None and self.events.pushing is not None and self.events.pushing.any():
             self.impulses = Impulses(system, self.lasting)
@@ -189,7 +184,7 @@ class Arrangement:
         solved = {system.accelerations, system.bonds.multipliers if system.bonds else None}
         if not solved.isdisjoint(needed(self.roots, self.slots)):
             if self.balance is None:
-                self.pulled = at_a_state(sampled, self.lasting, lasts=lasts)
+                self.pulled = at_a_state(sampled, self.lasting)
             elif closed is not None and sampled is not system:
                 self.resting = Closure(sampled, self.lasting)
             elif sampled is not system:
@@ -209,11 +204,9 @@ class Arrangement:
             forces = needed([system.forces], self.slots)
             nearer = nearing(system, forces, self.bounds, self.span)
             self.poles = [replace(one, node=self.lasting.with_arrays(one)) for one in nearer]
-        everyone = np.arange(self.degrees)
-        force, mass = (
-            self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
-        )
-        self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
+        everyone = system.everyone
+        force, mass = (self.slots.own(everyone, one) for one in (self.forces, self.lasting.masses))
+        self.rates = total_of(self.degrees, [Term(everyone, force / mass, everyone.every)], self.graph)
         self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
         """M and 1/M, where M is diagonal."""
         self.rounded, self.held = None, None
@@ -224,7 +217,7 @@ class Arrangement:
             self.rounded = rounding_at_rest(system, pulled=pulled)
             if self.rounded is not None:
                 self.rounded = self.lasting.arranged(self.rounded, kept=False)
-                self.held = at_a_state(system, self.lasting, lasts=lasts) if pulled else None
+                self.held = at_a_state(system, self.lasting) if pulled else None
         self.blurred: Total | None = None
         """The rounding errors of accelerations by friction along differences of velocities."""
         if self.modes is not None and self.modes.errors is not None and stepping:
@@ -236,9 +229,7 @@ class Arrangement:
             self.signs = Array(Source.TOTAL, max(self.degrees, self.balance.count))
             shaken = rounding_of_joints(system, self.signs)
             self.shaken = Balance(shaken, self.lasting.arranged) if shaken else None
-        self.places: dict[Array, int] = {}
-        """Where arrays are that last, from the beginning of scratch in ``%constants``."""
-        self.size, self.board, self.lines, self.strips = 0, 0, 0, 0
+        self.board, self.lines, self.strips = 0, 0, 0
         for array, count in ((system.given, system.given.count), (system.whole, self.largest)):
             self.place(array, count)
         if self.modes is not None:
@@ -304,38 +295,3 @@ class Arrangement:
     def parameters(self) -> tuple[str, ...]:
         """The names of all parameters, in the order in which they are given."""
         return tuple(names_of(self.system.spec.parameters))
-
-    def place(self, array: Array, count: int) -> None:
-        self.places[array] = self.size
-        self.size += room(count)
-
-    @property
-    def largest(self) -> int:
-        """How many whole numbers are needed."""
-        listed = [one.table for one in self.slots.of.values() if one.array.source is Source.WHOLE]
-        return 1 + max((int(table.max()) for table in listed), default=0)
-
-    def scratch(self, vectors: Vectors) -> Pointer:
-        """Where arrays begin in ``%constants``."""
-        return vectors.place("%constants", vectors.f.load_integer("@scratch"))
-
-    def evaluation(self, vectors: Vectors, arrays: Mapping[Array, Pointer], time: Numbers) -> Evaluation:
-        """What computes totals, where some arrays are besides those that last."""
-        base = self.scratch(vectors)
-        places = {array: vectors.place(base, at) for array, at in self.places.items()}
-        places.update(arrays)
-        return Evaluation(
-            vectors, self.slots, places.__getitem__, self.tables,
-            {self.system.time: vectors.operand(vectors.splat(time, LANES))},
-        )  # fmt: skip
-
-    def placed_together(
-        self, vectors: Vectors, base: Pointer, pulled: Pulled | None
-    ) -> Mapping[Array, Pointer]:
-        """Where accelerations and multipliers are that are found together: the next arrays of scratch."""
-        if pulled is None or isinstance(pulled, AtAState):
-            return {}
-        solution = vectors.place(base, self.size)
-        self.size += room(pulled.solution.count)
-        places = solution, solution, vectors.place(solution, self.degrees)
-        return dict(zip((pulled.solution, *pulled.found), places))

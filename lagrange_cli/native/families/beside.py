@@ -70,7 +70,7 @@ class BesideJet(SeriesJet):
         def write(i: Integer, lanes: int) -> None:
             vectors.store_row(vectors.divided(vectors.load_row(values, i, lanes), divisor), rows, i)
 
-        in_vectors(self.f, (self.f.count(0), self.f.count(self.integrands.count)), self.chosen(write))
+        in_vectors(self.f, self.integrands.count, self.chosen(write))
 
     def chosen(self, write: Callable[[Integer, int], None]) -> Callable[[Integer, int], None]:
         """What writes those of some integrands that are needed."""

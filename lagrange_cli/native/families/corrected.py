@@ -7,8 +7,6 @@ from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Source, Term, Total
 from lagrange_cli.mechanics.substitution import substituted
@@ -116,7 +114,7 @@ def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozens
     moving = union((time, *local.coordinates, *local.unknowns))
     # what corrections read is read in the same loop
     read = [*local.unknowns, *local.change]
-    every, unused = np.arange(local.domain.count), Array(Source.TOTAL, local.domain.count)
+    every, unused = local.domain.every, Array(Source.TOTAL, local.domain.count)
     terms = [*local.terms, *((Term(local.domain, one, every), unused) for one in read)]
     loop = Loop(local.domain, terms, slots, alone, onto=True)
     return CorrectedSeries(loop, slots, moving, time, order, local=local)

@@ -10,6 +10,7 @@ from lagrange_cli.families.arrays import Array, Chain, Source, Total
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.responses import trees_of
+from lagrange_cli.families.tables import in_groups
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.stepping.coupling import Coupling, IndexArray, coupling_of, full
 from lagrange_cli.records import dataclass
@@ -34,12 +35,10 @@ class Dependencies:
     def read(self, table: IndexArray) -> tuple[IndexArray, IndexArray]:
         """What members depend on that read the numbers at the places of ``table``: members, coordinates."""
         counts = np.diff(self.starts)[table]
-        total = int(counts.sum())
-        if total > MOST:
+        if int(counts.sum()) > MOST:
             raise TooMany
-        members = np.repeat(np.arange(len(table)), counts)
-        inside = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
-        return members, self.columns[np.repeat(self.starts[table], counts) + inside]
+        members, inside = in_groups(counts)
+        return members, self.columns[self.starts[table][members] + inside]
 
 
 def of_families(system: FamilySystem) -> Coupling:
@@ -111,9 +110,8 @@ def of_joints(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tu
     which, column = np.divmod(keys, count)
     if int(sizes[which].sum()) > MOST:
         raise TooMany
-    first = np.repeat(starts[which], sizes[which])
-    inside = np.arange(len(first)) - np.repeat(np.cumsum(sizes[which]) - sizes[which], sizes[which])
-    return order[first + inside], np.repeat(column, sizes[which])
+    owners, inside = in_groups(sizes[which])
+    return order[starts[which][owners] + inside], column[owners]
 
 
 def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Dependencies]) -> Dependencies:

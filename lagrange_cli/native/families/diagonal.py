@@ -47,7 +47,7 @@ class DiagonalJet(SeriesJet):
         def write(i: Integer, lanes: int) -> None:
             vectors.store_row(vectors.divided(rate(i, lanes), divisor), velocities, i)
 
-        in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
+        in_vectors(f, span or self.degrees, write)
         self.bind(velocities)
         if not self.local:
             rates = self.at(self.system.v, k + 1)
@@ -89,5 +89,5 @@ def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
         mass, found = f.load_row(masses, i, lanes), wrong[lanes]
         found.set(found.get() | ~((mass if positive else f.magnitude(mass)) > 0.0))
 
-    in_vectors(f, (f.count(0), f.count(count)), look)
+    in_vectors(f, count, look)
     return ~(f.any(wrong[LANES].get()) | wrong[1].get())

@@ -20,7 +20,7 @@ from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.loops import Loop, loops
 from lagrange_cli.native.families.spans import Span, behind, in_vectors, smaller
-from lagrange_cli.native.families.tables import Tables, lanes, place_at, places_at
+from lagrange_cli.native.families.tables import Tables, before, place_at, places_at
 from lagrange_cli.native.families.vectors import Divisor, Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -80,6 +80,14 @@ class Evaluation:
     def emitter(self) -> Any:
         """The arithmetic of eight members."""
         return self.vectors.kind
+
+    def values(
+        self, nodes: Sequence[Node], known: Mapping[Node, Operands], kind: Any = None
+    ) -> list[Operands]:
+        """Expressions of eight members, of which so much is ``known``; in their arithmetic, or another."""
+        found = dict(known)
+        emit_values(kind or self.emitter, [*nodes], found, Everywhere(self.tables.constants.slots))
+        return [found[node] for node in nodes]
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
@@ -252,8 +260,7 @@ class Writer:
         added: Additions,
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
-        f, evaluation = self.f, self.evaluation
-        inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
+        evaluation, inside = self.evaluation, before(self.f, j, length)
         known = {**evaluation.known, **fixed, **self.changing(bases, j)}
         added.add(self.of_eight(known, bases, j, inside), inside, j, self.looked_up)
 
@@ -290,9 +297,7 @@ class Writer:
 
     def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
         """The terms of eight members, from the ``j``-th one on, whose slots are ``known``."""
-        nodes = [term.node for term, _ in self.loop.terms]
-        emit_values(self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
-        return [known[node] for node in nodes]
+        return self.evaluation.values([term.node for term, _ in self.loop.terms], known)
 
     def looked_up(self, i: int, j: Integer) -> Pointer:
         """Eight places of a table. Behind its end the last one stands again: a row may end anywhere."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.families.tables import lanes
+from lagrange_cli.native.families.tables import before
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
@@ -35,7 +35,7 @@ def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) ->
             with f.loop(first, last, LANES, tested=False) as i:
                 v = f.magnitude(f.load_row("%state", i + degrees, LANES))
                 p = v * f.magnitude(f.load_row(masses, i, LANES))
-                inside = f.splat(i, LANES) + lanes(f) < last
+                inside = before(f, i, last)
                 for most, value in ((speed, v), (momentum, p)):
                     most.set(f.larger(most.get(), f.select(inside, value, f.zero(LANES))))
         v, p = (f.splat(f.reduce("fmax", one.get()) * PART, LANES) for one in (speed, momentum))

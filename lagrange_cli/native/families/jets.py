@@ -233,15 +233,13 @@ class SeriesJet(SeriesPlaces, ABC):
         def write(i: Integer, lanes: int) -> None:
             vectors.store_row(vectors.divided(vectors.load_row(source, i, lanes), divisor), target, i)
 
-        in_vectors(f, (f.count(0), f.count(count)), write)
+        in_vectors(f, count, write)
 
     def copy(self, source: Pointer, target: Pointer, count: int) -> None:
         """Copy so many numbers."""
-        f, vectors = self.f, self.vectors
+        vectors = self.vectors
         in_vectors(
-            f,
-            (f.count(0), f.count(count)),
-            lambda i, lanes: vectors.store_row(vectors.load_row(source, i, lanes), target, i),
+            self.f, count, lambda i, lanes: vectors.store_row(vectors.load_row(source, i, lanes), target, i)
         )
 
     # what each kind of system has of its own

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 
-import numpy as np
-
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
@@ -25,6 +23,8 @@ class Lasting:
         self.fixed: dict[Array, None] = {}
         """Totals that are constants of the motion, in the order of their computation."""
         self.changed: dict[Total, Total] = {}
+        self.matrix = False
+        """Whether the matrix of M and constraints lasts, where M is not diagonal."""
 
     @cached_property
     def masses(self) -> Total:
@@ -34,10 +34,9 @@ class Lasting:
     @cached_property
     def inverses(self) -> Total:
         """1 / M."""
-        everyone, count = self.system.everyone, self.system.q.count
-        places = np.arange(count)
-        inverse = self.graph.number(1) / self.slots.symbol(everyone, self.masses, places)
-        return self.arranged(total_of(count, [Term(everyone, inverse, places)], self.graph))
+        everyone = self.system.everyone
+        inverse = self.graph.number(1) / self.slots.own(everyone, self.masses)
+        return self.arranged(total_of(everyone.count, [Term(everyone, inverse, everyone.every)], self.graph))
 
     def is_fixed(self, node: Node) -> bool:
         """Whether a node is a constant of the motion."""
@@ -77,14 +76,13 @@ class Lasting:
         """A term's node, what is constant in it and no plain slot being one."""
         if self.is_fixed(term.node):
             return term.node
-        places = np.arange(term.domain.count)
         inside = reachable([term.node])
         fixed = {node for node in inside if self.is_fixed(node)}
         used = {a for node in inside if node not in fixed for a in node.arguments if a in fixed}
         replaced: dict[Node, Node] = {}
         for node in inside:
             if node in used and node.kind not in (Kind.SYMBOL, Kind.NUMBER) and any(self.slots.inside(node)):
-                array = Total(Source.TOTAL, term.domain.count, (Term(term.domain, node, places),))
+                array = Total(Source.TOTAL, term.domain.count, (Term(term.domain, node, term.domain.every),))
                 self.fixed[array] = None
-                replaced[node] = self.slots.symbol(term.domain, array, places)
+                replaced[node] = self.slots.own(term.domain, array)
         return substituted(self.graph, [term.node], replaced)[0] if replaced else term.node

@@ -13,7 +13,7 @@ from functools import partial
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.families.evaluation import Writer
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.tables import Tables, lanes, place_at
+from lagrange_cli.native.families.tables import Tables, before, place_at
 from lagrange_cli.native.families.vectors import Numbers, Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -112,8 +112,7 @@ class ListWriter(Writer):
 
     def inside(self, j: Integer) -> Bit:
         """Which of eight members from the ``j``-th one on the list has."""
-        f = self.f
-        return f.splat(j, LANES) + lanes(f) < f.splat(self.members.count, LANES)
+        return before(self.f, j, self.members.count)
 
     def gathered(self, j: Integer) -> dict[Node, Operands]:
         """The numbers of eight members."""

@@ -7,8 +7,7 @@ import math
 
 from lagrange_cli.families.arrays import Array, Chain
 from lagrange_cli.native.families.beside import BesideJet
-from lagrange_cli.native.families.constraints.contact_jet import ContactJet
-from lagrange_cli.native.families.constraints.contact_restraint import ContactRestraint
+from lagrange_cli.native.families.constraints.contacts import ContactJet, ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import CoupledMassesJet, CoupledMassesRates
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet
 from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
@@ -26,7 +25,7 @@ from lagrange_cli.native.families.near_lists import ListJet, suits
 from lagrange_cli.native.families.nearness import NearJet, Watch, enclosed
 from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.series_places import AT_ONCE, BESIDE, BRIEF, HEAD, JET, MOTION
-from lagrange_cli.native.families.shared_jets import SharedJet
+from lagrange_cli.native.families.shared_work import SharedJet
 from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
@@ -183,11 +182,7 @@ class MotionJets(Preparation):
         evaluation.write(totals)
         if beside is not None:  # whole vectors of accelerations go beyond them
             source, target = evaluation.where(beside), f.place("%work", width + 2 * self.degrees)
-            in_vectors(
-                f,
-                (f.count(0), f.count(beside.count)),
-                lambda i, lanes: f.store_row(f.load_row(source, i, lanes), target, i),
-            )
+            in_vectors(f, beside.count, lambda i, lanes: f.store_row(f.load_row(source, i, lanes), target, i))
         positive = self.system.spec.lagrangian is None
         f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
         return Jet(f.text(), work, evaluation.emitter.operations)

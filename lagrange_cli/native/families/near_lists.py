@@ -12,14 +12,13 @@ import math
 from collections.abc import Sequence
 
 from lagrange_cli.families.arrays import Array, Chain, Slots, Source, Total
-from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.evaluation import room
-from lagrange_cli.native.families.jets import Jet, SeriesJet
+from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.member_lists import ListWriter, MemberList
-from lagrange_cli.native.families.nearness import NEAR_HEAD, Enclosure, Watch, enclosed, write_radii
+from lagrange_cli.native.families.nearness import Enclosure, Watch, WatchedJet, enclosed, write_radii
 from lagrange_cli.native.families.stage import SeriesWriter
-from lagrange_cli.native.families.tables import lanes, place_at
+from lagrange_cli.native.families.tables import before, place_at
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.state import vectors_of
@@ -89,15 +88,8 @@ class ListSeries(ListWriter, SeriesWriter):
             self.f.store(self.f.lane(values, lane), rows, place_at(self.f, lane, places))
 
 
-class ListJet(BesideJet):
-    """The series of those arguments that may be 0 within ``%h``."""
-
-    head = NEAR_HEAD
-    copied = False
-
-    def __init__(self, watch: Watch, integrands: Total, motion: SeriesJet, name: str) -> None:
-        self.watch = watch
-        super().__init__(integrands, motion, name)
+class ListJet(WatchedJet):
+    """The series of those arguments that may be 0 within ``%h``, by lists of these."""
 
     def prepared(self) -> Sequence[Total]:
         first = self.work
@@ -185,8 +177,7 @@ class ListJet(BesideJet):
 
     def _behind(self, i: Integer) -> Bit:
         """Which of eight rows are none of coordinates."""
-        f = self.f
-        return ~(f.splat(i, LANES) + lanes(f) < f.splat(f.count(self.degrees), LANES))
+        return ~before(self.f, i, self.f.count(self.degrees))
 
     def _many(self) -> Bit:
         """Whether there are too many candidates."""

@@ -19,13 +19,12 @@ from lagrange_cli.families.arrays import Array, Chain, Source, Term, Total
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, room
-from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.series_places import HEAD, SeriesPlaces
 from lagrange_cli.native.families.stage import SeriesWriter
-from lagrange_cli.native.families.tables import lanes, place_at
+from lagrange_cli.native.families.tables import before, place_at
 from lagrange_cli.native.families.vectors import Numbers, Operands
 from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.interface import LANES
@@ -34,7 +33,6 @@ from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
-from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.guard_search import MANY
 from lagrange_cli.native.stepping.near import NearPlaces
@@ -112,7 +110,7 @@ class Enclosure(Writer):
     def row(self, bases: Sequence[Integer], length: Integer, r: Integer) -> None:
         f, fixed = self.f, self.fixed(bases)
         with f.loop(0, length, LANES, tested=False) as j:
-            inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
+            inside = before(f, j, length)
             values = self.enclosed({**fixed, **self.changing(bases, j)})
             for value, i in zip(values, self.number[len(self.used) :]):
                 self.put(value, inside, i, bases, j)
@@ -123,8 +121,7 @@ class Enclosure(Writer):
         known = {**{node: Disk(at, f.splat(self.h, LANES)) for node, at in times.items()}, **slots}
         disks = LaneDisks(f, self.vectors.kind, LANES)
         nodes = [term.node for term, _ in self.loop.terms]
-        emit_values(disks, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
-        return [self.sure(disks, known[node]) for node in nodes]
+        return [self.sure(disks, one) for one in self.evaluation.values(nodes, known, disks)]
 
     def sure(self, disks: Disks, value: Disk | None) -> Real:
         """The centres of disks that do not contain 0; 0 for others."""
@@ -206,7 +203,7 @@ class NearSeries(SeriesWriter):
             super().eight(bases, length, j, fixed, added)
 
 
-class NearJet(BesideJet):
+class WatchedJet(BesideJet):
     """The series of those arguments that may be 0 within ``%h``."""
 
     head = NEAR_HEAD
@@ -215,6 +212,10 @@ class NearJet(BesideJet):
     def __init__(self, watch: Watch, integrands: Total, motion: SeriesJet, name: str) -> None:
         self.watch = watch
         super().__init__(integrands, motion, name)
+
+
+class NearJet(WatchedJet):
+    """These series, whose arguments are found anew in each step."""
 
     def prepared(self) -> Sequence[Total]:
         totals = super().prepared()

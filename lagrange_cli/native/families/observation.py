@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import product
 
-from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.families.arrangement import Element
 from lagrange_cli.native.families.constraints.equations import Pulled
 from lagrange_cli.native.families.constraints.together_jet import solved_at_a_state
@@ -14,7 +14,7 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.families.vectors import beside_doubles
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.beside import RoundedLanes
 from lagrange_cli.records import dataclass
 
@@ -66,19 +66,10 @@ class Observation(AtRest):
             kind = beside_doubles(self.factor, RoundedLanes)
         vectors = kind(f)
         base = self.scratch(vectors)
-        arrays: dict[Array, Pointer] = {}
-
-        def put(array: Array, count: int) -> None:
-            arrays[array] = vectors.place(base, self.size)
-            self.size += room(count)
-
-        put(self.system.q, self.degrees)
-        put(self.system.v, self.degrees)
         first = [] if pulled is None else [pulled.square, pulled.right]
         known = needed(first, self.slots, self.lasting.fixed)
         totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
-        for total in (*known, *totals):
-            put(total, total.count)
+        arrays = self.arrays(vectors, base, (self.system.q, self.system.v, *known, *totals))
         arrays.update(self.placed_together(vectors, base, pulled))
         solved = self.solved(totals)
         resting = self.room_at_rest(vectors, base) if solved else None

@@ -12,14 +12,12 @@ import numpy as np
 
 from lagrange_cli.families.arrays import NONE, Chain, Total
 from lagrange_cli.native.families.arrangement import Arrangement
-from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.loops import Loop, loops, needed
 from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
-from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.stepping.actions import ALONE
 from lagrange_cli.records import dataclass
 
@@ -89,11 +87,10 @@ class OwnActions:
         """The function; nothing if ``@act`` has to do."""
         if not self.loops:
             return ""
-        given = "ptr noalias %constants, ptr noalias %time, ptr noalias %state, ptr noalias %results"
-        f = Function(f"define internal void @{ALONE}({given}, i64 %event) #0")
+        head = "ptr noalias %constants, ptr noalias %time, ptr noalias %state, ptr noalias %results"
+        f = Function(f"define internal void @{ALONE}({head}, i64 %event) #0")
         made, vectors, event = self.arrangement, DoubleVectors(f), Integer(f, "%event")
-        at = {made.system.q: f.pointer("%state"), made.system.v: f.place("%state", made.degrees, "double")}
-        evaluation = made.evaluation(vectors, at, f.load("%time"))
+        evaluation = made.evaluation(vectors, made.state(f), f.load("%time"))
         tables = evaluation.tables
         for own in self.loops:
             count = own.loop.domain.count
@@ -107,13 +104,12 @@ class OwnActions:
                         where = f.place("%results", self.first[slot.array], "double")
                     else:
                         where = evaluation.where(slot.array)
-                    one: Real = vectors.load(where, places[i])
-                    known[symbol] = vectors.operand(vectors.splat(one, LANES))
-                nodes = [term.node for term, _ in own.loop.terms]
-                emit_values(evaluation.emitter, nodes, known, Everywhere(tables.constants.slots))
-                for (term, total), i in zip(own.loop.terms, numbers[len(own.loop.used) :]):
+                    given: Real = vectors.load(where, places[i])
+                    known[symbol] = vectors.operand(vectors.splat(given, LANES))
+                values = evaluation.values([term.node for term, _ in own.loop.terms], known)
+                for (_, total), one, i in zip(own.loop.terms, values, numbers[len(own.loop.used) :]):
                     assert isinstance(total, Total)
-                    value = vectors.lane(vectors.number(known[term.node]), 0)
+                    value = vectors.lane(vectors.number(one), 0)
                     vectors.store(value, "%results", places[i] + self.first[total])
         f.give()
         return f.text()

@@ -13,10 +13,10 @@ from typing import TypeAlias
 import numpy as np
 
 from lagrange_cli.families.contacts import Coupled
+from lagrange_cli.native.families.allowances import allow_directions, of_joints, where_diagonal
 from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.banded_masses import BandedMasses
 from lagrange_cli.native.families.coupling import of_families
-from lagrange_cli.native.families.directions import allow_directions
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
@@ -29,7 +29,7 @@ from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
 from lagrange_cli.native.families.series_places import AT_ONCE, BRIEF, JET, velocity_planes
-from lagrange_cli.native.families.shared_steps import SharedSteps
+from lagrange_cli.native.families.shared_work import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, idle_places, weights_size
 from lagrange_cli.native.families.vectors import DoubleVectors, rests
@@ -298,8 +298,6 @@ class FamilyProgram(Returning, Observation, MotionJets):
             return ""  # steps as short as time resolves would pass where motions stop
         if self.rounded is None and self.shaken is None:
             return ""
-        from lagrange_cli.native.families.static_forces import of_joints, where_diagonal
-
         unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
         if self.shaken is not None:
             return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)

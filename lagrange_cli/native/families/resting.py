@@ -17,15 +17,7 @@ from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.records import dataclass, replace
-
-
-@dataclass(frozen=True)
-class Resting:
-    """Where a jet without series has its ``state``, and its ``work``."""
-
-    state: Pointer
-    work: Pointer
+from lagrange_cli.records import replace
 
 
 class AtRest(Preparation):
@@ -58,33 +50,32 @@ class AtRest(Preparation):
             found[self.system.accelerations] = balance.final
         return {one: array for one, array in found.items() if one in totals}
 
-    def room_at_rest(self, vectors: Vectors, base: Pointer) -> Resting:
+    def room_at_rest(self, vectors: Vectors, base: Pointer) -> tuple[Pointer, Pointer]:
         """Where state and work are, the next arrays of scratch."""
-        places = []
-        for count in (2 * self.layout.width, self.at_a_state[0].work):
-            places.append(vectors.place(base, self.size))
-            self.size += room(count)
-        return Resting(*places)
+        sizes = 2 * self.layout.width, self.at_a_state[0].work
+        state, work = (self.taken(vectors, base, room(one)) for one in sizes)
+        return state, work
 
     def solve_at_rest(
         self,
         evaluation: Evaluation,
-        at: Resting,
+        at: tuple[Pointer, Pointer],
         sample: Integer,
         stride: Integer,
         solved: dict[Total, Array],
     ) -> None:
-        """What is ``solved`` at a sample, whose state is copied for the jet."""
-        f, vectors, jet = evaluation.f, evaluation.vectors, self.at_a_state[0]
+        """What is ``solved`` at a sample, whose state is copied for the jet, to the first place ``at``
+        scratch; the second one is for its work."""
+        f, vectors, jet, (state, work) = evaluation.f, evaluation.vectors, self.at_a_state[0], at
         for part in range(vectors.parts):
             before, target = part * self.sample_rows, part * self.layout.width
             with f.loop(0, 2 * self.degrees, tested=False) as i:
                 row = stride * (i + before if before else i) + sample
-                f.store(f.load("%states", row), at.state, i + target if target else i)
+                f.store(f.load("%states", row), state, i + target if target else i)
         time = f.load("%times", sample)
         times = times_of(vectors, time, f.constant(0.0))
-        f.call(Bit, AT_A_STATE, f.pointer("%constants"), *times, at.state, at.work)
+        f.call(Bit, AT_A_STATE, f.pointer("%constants"), *times, state, work)
         for to, array in solved.items():
-            found = vectors.place(at.work, jet.planes[array][0])
+            found = vectors.place(work, jet.planes[array][0])
             with f.loop(0, to.count, tested=False) as i:
                 vectors.store(vectors.load(found, i), evaluation.where(to), i)

@@ -54,20 +54,16 @@ class Returning(AtRest):
         what solves with them."""
         layout, vectors = self.layout, self.kind(f)
         base = self.scratch(vectors)
-        q, v = f.pointer("%state"), f.place("%state", self.degrees, "double")
-        state = {self.system.q: q, self.system.v: v}
+        state = self.state(f)
         arrays = {array: vectors.in_state(place, layout.width) for array, place in state.items()}
-        for array in listed:
-            arrays[array] = vectors.place(base, self.size)
-            self.size += room(array.count)
+        arrays |= self.arrays(vectors, base, listed)
         if isinstance(moves, MovesTogether):
             arrays[moves.multipliers] = vectors.place(arrays[moves.moved], self.degrees)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         lower = {array: f.place(place, layout.width, "double") for array, place in state.items()}
         parts = LowParts(lower, f.splat(low, LANES).name, evaluation.where)
-        scratch = vectors.place(base, self.size)
-        self.size += room(self.tabled.size)
+        scratch = self.taken(vectors, base, room(self.tabled.size))
         return replace(evaluation, low=parts), scratch
 
     def closed_projection(self, residuals: Residuals) -> str:
@@ -84,10 +80,8 @@ class Returning(AtRest):
             arrays[one] = vectors.in_state(arrays[one], layout.width)
         for array in residuals.arrays:
             if array not in self.lasting.fixed:
-                arrays[array] = vectors.place(base, self.size)
-                self.size += room(array.count + 1)
-        work = vectors.place(base, self.size)
-        self.size += jet.work
+                arrays[array] = self.taken(vectors, base, room(array.count + 1))
+        work = self.taken(vectors, base, jet.work)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         fixed = frozenset(self.lasting.fixed)

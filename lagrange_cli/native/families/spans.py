@@ -28,9 +28,9 @@ def behind(f: Function, a: Integer, b: Integer) -> Integer:
     return f.select(a > b, a - b, f.count(0))
 
 
-def in_vectors(f: Function, span: Span, write: Callable[[Integer, int], None]) -> None:
-    """``write(i, lanes)`` for each i, eight together as long as there are so many."""
-    first, last = span
+def in_vectors(f: Function, span: Span | int, write: Callable[[Integer, int], None]) -> None:
+    """``write(i, lanes)`` for each i, of a span or of so many, eight together as long as there are eight."""
+    first, last = (f.count(0), f.count(span)) if isinstance(span, int) else span
     whole = f.variable(first)
     with f.when(last > first):
         whole.set(first + ((last - first) & -LANES))

@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Index, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.numbers.lanes import VECTOR
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import whole_vectors
@@ -44,9 +44,10 @@ def gathered(f: Function, base: Operand, places: Pointer) -> Operand:
     return found
 
 
-def lanes(f: Function) -> Integer:
-    """0, 1, .. 7."""
-    return Integer(f, f"<{', '.join(f'i64 {lane}' for lane in range(LANES))}>", LANES)
+def before(f: Function, j: Integer, last: Integer | int) -> Bit:
+    """Which of eight numbers from ``j`` on are below the ``last`` one."""
+    lanes = Integer(f, f"<{', '.join(f'i64 {lane}' for lane in range(LANES))}>", LANES)
+    return f.splat(j, LANES) + lanes < (f.splat(last, LANES) if isinstance(last, Integer) else last)
 
 
 @dataclass

@@ -17,7 +17,7 @@ from fractions import Fraction
 
 from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, Value, literal
+from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble
 from lagrange_cli.native.numbers.kind import Number
@@ -49,18 +49,11 @@ class BesideEmitter(Emitter):
         self._factor = factor
 
     def number(self, value: Number) -> Value:
-        return literal(beside(value, self._factor))
-
-
-class BesideLanes(LaneEmitter):
-    """Vectors of doubles, likewise."""
-
-    def __init__(self, body: Function, factor: int) -> None:
-        super().__init__(body)
-        self._factor = factor
-
-    def number(self, value: Number) -> Value:
         return super().number(beside(value, self._factor))
+
+
+class BesideLanes(BesideEmitter, LaneEmitter):
+    """Vectors of doubles, likewise."""
 
 
 class _Rounded(Emitter):

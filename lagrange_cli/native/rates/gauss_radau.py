@@ -133,33 +133,20 @@ class GaussRadauSteps(GaussRadauLengths):
 
     def finish(self, f: Function, h: Real) -> None:
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""
-        at, lanes, width = self._places, self.lengths.lanes, self.lengths.width
-        degrees = self.lengths.degrees
-        scales = powers(h, TERMS)
-
-        def put(value: Real, m: int, i: Integer) -> None:
-            f.store_row(value, "%work", i + m * width)
+        at, lanes, scales = self._places, self.lengths.lanes, powers(h, TERMS)
 
         def coefficient(k: int, i: Integer, divisor: int) -> Real:
             return self._term(f, self.terms, k, i) / f.splat(scales[k] * float(divisor), lanes)
 
-        # what is written behind the last coordinate is overwritten by the velocities, and behind the last
-        # row by the next coefficient
-        for m in range(1, ORDER + 1):
-            with self._each(f, degrees) as i:
-                if m == 1:
-                    put(f.load_row("%state", i + degrees, lanes), m, i)
-                elif m == 2:
-                    put(self._term(f, at.begin, 0, i) * 0.5, m, i)
-                else:
-                    put(coefficient(m - 3, i, m * (m - 1)), m, i)
-            with self._each(f, self._count) as i:
-                if m == 1:
-                    put(self._term(f, at.begin, 0, i), m, i + degrees)
-                elif m == ORDER:
-                    put(f.zero(lanes), m, i + degrees)
-                else:
-                    put(coefficient(m - 2, i, m), m, i + degrees)
+        def place(m: int, i: Integer) -> Real:
+            return coefficient(m - 3, i, m * (m - 1)) if m > 2 else self._term(f, at.begin, 0, i) * 0.5
+
+        def rate(m: int, i: Integer) -> Real:
+            if m == ORDER:
+                return f.zero(lanes)
+            return coefficient(m - 2, i, m) if m > 1 else self._term(f, at.begin, 0, i)
+
+        self.write_terms(f, place, rate)
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         lanes, ratio = self.lengths.lanes, length / h

@@ -20,7 +20,10 @@ from lagrange_cli.native.stepping.sums import DoubleSums
 
 class RatesAtNodes(DoubleSteps):
     """Steps that take rates at ``places`` of ``%work``. The rates are those of a function that leaves series
-    side by side, order after order, in its own part of ``%work``."""
+    side by side, order after order, in its own part of ``%work``. Steps can be taken again (``retried``)."""
+
+    order: int
+    """The degree of q's polynomials."""
 
     def __init__(self, given: Given, lengths: Lengths, places: Places) -> None:
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
@@ -56,6 +59,10 @@ class RatesAtNodes(DoubleSteps):
         high, error = two_sum(f.load_row("%state", row, lanes), change + rest)
         f.store_row(high, "%work", row + at.state)
         f.store_row(error, "%work", row + at.low)
+
+    def retried(self, f: Function, exact: Real) -> Real:
+        """The step once more, with that length; 0 if there is none (``@tried`` of ``rates.steps``)."""
+        return f.call(Real, "tried", *f.pointers("constants", "state", "work"), exact)
 
     def now(self, f: Function) -> Real:
         """The time where the step begins."""

@@ -28,7 +28,7 @@ from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.native.rates.watching import Trials
+    from lagrange_cli.native.rates.nodes import RatesAtNodes
     from lagrange_cli.native.stepping.guards import GuardCode
 
 SIZE = 2.0**-48
@@ -69,7 +69,7 @@ class RateNoise:
     at a node, which is left as it was, is at ``node``, and the length of the step that is
     tried, where forces may cancel at rest, at ``tried``."""
 
-    steps: Trials
+    steps: RatesAtNodes
     begin: int
     spare: int
     modes: int

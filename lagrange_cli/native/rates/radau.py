@@ -204,30 +204,18 @@ class RadauSteps(CollocationSteps):
     # polynomials
 
     def finish(self, f: Function, h: Real) -> None:
-        lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
-        inverse = f.splat(f.constant(1.0) / h, lanes)
-        scales = powers(inverse, STAGES)
+        lanes = self.lengths.lanes
+        scales = powers(f.splat(f.constant(1.0) / h, lanes), STAGES)
 
-        def put(value: Real, m: int, i: Integer) -> None:
-            f.store_row(value, "%work", i + m * width)
+        def rate(m: int, i: Integer) -> Real:
+            if m > STAGES:
+                return f.zero(lanes)
+            return weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 1]) * scales[m - 1]
 
-        # what is written behind the last coordinate is overwritten by the velocities, and behind the last
-        # row by the next coefficient
-        for m in range(1, ORDER + 1):
-            with f.loop(0, degrees, lanes, tested=False) as i:
-                if m == 1:
-                    put(f.load_row("%state", i + degrees, lanes), m, i)
-                elif m > STAGES + 1:
-                    put(f.zero(lanes), m, i)
-                else:
-                    term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 2])
-                    put(term * scales[m - 2] * (1.0 / m), m, i)
-            with self._each(f, self._count) as i:
-                if m > STAGES:
-                    put(f.zero(lanes), m, i + degrees)
-                else:
-                    term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 1])
-                    put(term * scales[m - 1], m, i + degrees)
+        def place(m: int, i: Integer) -> Real:
+            return rate(m - 1, i) if m > STAGES + 1 else rate(m - 1, i) * (1.0 / m)
+
+        self.write_terms(f, place, rate)
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         super().hand_over(f, h, length)

@@ -50,8 +50,6 @@ class Trial:
 class RateSteps(RatesAtNodes):
     """What these steps are made of."""
 
-    order: int
-    """The degree of q's polynomials."""
     implicit = False
     """Whether it needs ``Given.coupling``."""
     patience = 0
@@ -145,6 +143,21 @@ class RateSteps(RatesAtNodes):
     def finish(self, f: Function, h: Real) -> None:
         """Write the coefficients of the polynomials, in time, where ``advance`` reads them."""
 
+    def write_terms(
+        self, f: Function, place: Callable[[int, Integer], Real], rate: Callable[[int, Integer], Real]
+    ) -> None:
+        """Write them: from the second one on those of coordinates, ``place(m, i)``, and those of velocities
+        and integrals, ``rate(m, i)``."""
+        lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
+        # what is written behind the last coordinate is overwritten by the velocities, and behind the last
+        # row by the next coefficient
+        for m in range(1, self.order + 1):
+            with self._each(f, degrees) as i:
+                value = place(m, i) if m > 1 else f.load_row("%state", i + degrees, lanes)
+                f.store_row(value, "%work", i + m * width)
+            with self._each(f, self._count) as i:
+                f.store_row(rate(m, i), "%work", (i + degrees) + m * width)
+
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         """Leave for the next step what it needs, after ``length`` of a step of ``h``."""
 
@@ -180,10 +193,6 @@ class RateSteps(RatesAtNodes):
         with f.when(h > left), f.when(self.retried(f, left) > 0.0):
             length.set(left)
         return length.get()
-
-    def retried(self, f: Function, exact: Real) -> Real:
-        """A call of ``@tried``."""
-        return f.call(Real, "tried", *f.pointers("constants", "state", "work"), exact)
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.watching

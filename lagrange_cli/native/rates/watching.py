@@ -7,22 +7,16 @@ within steps are not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from math import comb
-from typing import Protocol
 
 from lagrange_cli.native.guards import NOTES, GuardRows
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.rates.nodes import RatesAtNodes
 from lagrange_cli.native.rates.places import HEAD, WITHIN, Places
 from lagrange_cli.native.rates.reversals import Reversals, parts_of
-from lagrange_cli.native.state import StateLayout
-from lagrange_cli.native.stepping.acceptance import PredictionBounds
-from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.guards import GuardCode
-from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial, weighed
 from lagrange_cli.native.stepping.roots import NONE, points_of
 from lagrange_cli.native.stepping.stopping import sliding
@@ -72,38 +66,11 @@ def terms_of(points: list[float]) -> list[list[float]]:
     return [[float(one) for one in row] for row in rows]
 
 
-class Trials(Protocol):
-    """What is asked of steps that can be taken again (``rates.steps``)."""
-
-    state: StateLayout
-    lengths: Lengths
-    given: Given
-    bounds: PredictionBounds
-    guards: GuardCode | None
-    order: int
-    related: Sequence[tuple[int, int]]
-
-    def now(self, f: Function) -> Real:
-        """The time where the step begins."""
-
-    def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:
-        """Write some rows of the state at a node."""
-
-    def node(self, f: Function, t: Real) -> tuple[Pointer, Bit]:
-        """The rates there, and whether they are regular."""
-
-    def spend(self, f: Function, evaluations: Real) -> None:
-        """Count evaluations."""
-
-    def retried(self, f: Function, exact: Real) -> Real:
-        """The step once more, with that length; 0 if there is none."""
-
-
 class Watching:
     """Writes the functions that look for roots of polynomials of a ``degree``, with what is ``at`` its places
     in ``%work``."""
 
-    def __init__(self, steps: Trials, at: Places, rows: tuple[int, ...], degree: int) -> None:
+    def __init__(self, steps: RatesAtNodes, at: Places, rows: tuple[int, ...], degree: int) -> None:
         self.steps, self.begin, self.values, self.within = steps, at.begin, at.values, at.chosen + WITHIN
         self.rows, self.degree = rows, degree
         self.points = points_of(degree)

@@ -17,9 +17,9 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
 from lagrange_cli.native.stepping.confirmation import confirm
+from lagrange_cli.native.stepping.divided import DividedSteps
 from lagrange_cli.native.stepping.guard_search import NO_GUARD
 from lagrange_cli.native.stepping.guards import MARGIN, NEAR, PART
-from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.progress import BLIND, MOVED, NOTHING, Progress
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.steps import Now, copy_function
@@ -39,7 +39,7 @@ BRANCH = 2.0**-20
 """A step that is so small a part of the one before it begins at a branch point of a force."""
 
 
-def advance(steps: Steps) -> str:
+def advance(steps: DividedSteps) -> str:
     """The text of ``@advance`` and all that it calls."""
     at = Progress(steps)
     f = at.f

@@ -8,9 +8,9 @@ from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.stepping.divided import DividedSteps
 from lagrange_cli.native.stepping.guard_search import NO_GUARD
 from lagrange_cli.native.stepping.guards import AWAY, NOTED
-from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.steps import Now
 
 NOTHING, BLIND, MOVED = -3, -2, -1
@@ -31,7 +31,7 @@ class Progress:
     confirmed of it, within ``uneven``. The state where it began is in ``trial``.
     """
 
-    def __init__(self, steps: Steps) -> None:
+    def __init__(self, steps: DividedSteps) -> None:
         self.steps, self.f = steps, Function(HEAD)
         f = self.f
         self.state, self.trial, self.info = f.pointers("state", "trial", "info")

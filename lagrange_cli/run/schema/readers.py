@@ -23,6 +23,7 @@ from lagrange_cli.run.schema.forms import (
 )
 from lagrange_cli.spec.bodies.keys import BODY, NEEDED, read_bodies
 from lagrange_cli.spec.bodies.readers import FORMS, is_sequence, read_inertia, read_orientation, read_solid
+from lagrange_cli.spec.body import SOLIDS
 from lagrange_cli.spec.declarations import COORDINATE, PARAMETER, read_coordinates, read_parameters
 from lagrange_cli.spec.draw.colours import HEXADECIMAL, NAMES
 from lagrange_cli.spec.draw.keys import DRAW, read_draw
@@ -59,7 +60,6 @@ from lagrange_cli.spec.fields import (
     read_words,
 )
 from lagrange_cli.spec.settings import SOLVE, TIME, read_solve, read_time
-from lagrange_cli.spec.spec import SOLIDS
 from lagrange_cli.spec.table import Table, read_part
 from lagrange_cli.spec.transformations import TRANSFORMATION, read_transformations
 from lagrange_cli.spec.vanishing import read_vanishing

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.expression.vocabulary import TIME
+from lagrange_cli.spec.body import Body, Orientation
 from lagrange_cli.spec.content import by_name, groups_of, parts_by_name
 from lagrange_cli.spec.draft import Draft, WrittenBody
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.settling import check_scalar
-from lagrange_cli.spec.spec import Body, Expression, Orientation
+from lagrange_cli.spec.spec import Expression
 
 
 def check_bodies(draft: Draft, names: Names, problems: Problems) -> Mapping[str, Body]:

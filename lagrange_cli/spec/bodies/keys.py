@@ -6,11 +6,11 @@ from typing import Any
 
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.bodies.readers import read_inertia, read_orientation, read_solid
+from lagrange_cli.spec.body import SOLIDS
 from lagrange_cli.spec.draft import WrittenBody
 from lagrange_cli.spec.fields import read_named, read_scalar, read_vector
 from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import SOLIDS
 from lagrange_cli.spec.table import Row, Table, read_table
 
 BODY = Table(

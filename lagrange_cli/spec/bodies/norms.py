@@ -7,8 +7,9 @@ from typing import Any
 
 from lagrange_cli.expression.syntax import Binary, Number, Span, Tree
 from lagrange_cli.records import replace
+from lagrange_cli.spec.body import Body, Orientation
 from lagrange_cli.spec.content import by_name, groups_by_name, statements
-from lagrange_cli.spec.spec import Body, Expression, Family, Orientation
+from lagrange_cli.spec.spec import Expression, Family
 from lagrange_cli.spec.whole import WrittenFamily
 
 NORM = ".norm"

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from lagrange_cli.expression.near import known_hint, near_hint, near_match, shown
 from lagrange_cli.spec import nodes
+from lagrange_cli.spec.body import SOLIDS, Inertia, Orientation
 from lagrange_cli.spec.fields import read_scalar, read_text
 from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import SOLIDS, Expression, Inertia, Orientation
+from lagrange_cli.spec.spec import Expression
 
 FORMS = {"euler": "[phi, theta, psi]", "quaternion": "[w, x, y, z]", "matrix": "[[..], [..], [..]]"}
 """The forms of an orientation, and how each is written."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from lagrange_cli.expression.confusions import DEGREES, quantity
+from lagrange_cli.expression.confusions import DEGREES
 from lagrange_cli.expression.listed import Listed, read_listed
 from lagrange_cli.expression.near import near_hint, shown
+from lagrange_cli.expression.quantities import quantity
 from lagrange_cli.expression.syntax import ExpressionError, Key, Loop, Name, Number, Span
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes

@@ -22,7 +22,7 @@ PLACES = "EVENT_PLACES"
 
 
 class ModuleWriter(Protocol):
-    """What writes a module (``symbolic.families.source``)."""
+    """What writes a module (``symbolic.families.module_writer``)."""
 
     equations: FamilyEquations
     notation: IndexedPython

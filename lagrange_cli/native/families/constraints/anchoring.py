@@ -9,16 +9,17 @@ nothing. So the forces that hold members are not in the equations of their motio
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
-from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.bonds import Bonds
+from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.switching.anchors import anchors_of
-from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.families.switching.friction import gate
+from lagrange_cli.native.families.constraints.restraint import Bonded
 from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.vector import Pointer
@@ -27,30 +28,36 @@ PAIR = 2
 """The coordinates that most forces hold together."""
 
 
-class Sticking(Protocol):
-    """What Anchoring needs to know of the forces that hold."""
+class Rubbing(Bonded):
+    """What is computed of forces of friction, which hold members where their ``modes`` are 0."""
 
-    bonds: Bonds
-    bounds: tuple[Bound, ...]
-    size: int
-    slots: Slots
-    lasting: Lasting
+    slopes: Sequence[Sequence[Array]]
+    """A, of each bound a column for each of its coordinates."""
 
-    @property
-    def slopes(self) -> Sequence[Sequence[Array]]:
-        """A, of each bound a column for each of its coordinates."""
-        ...
+    def bonds_of(self, system: FamilySystem) -> Bonds:
+        assert system.modes is not None and system.modes.sticking is not None
+        self.modes = system.modes
+        return system.modes.sticking
+
+    def lasting_column(self, domain: Domain, slope: Node) -> Array:
+        """A column of A, which is constant."""
+        return self.lasting.arranged(Total(Source.TOTAL, domain.count, (Term(domain, slope, domain.every),)))
+
+    def slips(self, domain: Domain, numbers: Places) -> Node:
+        """1 where a mode is not 0."""
+        return gate(self.slots, domain, self.modes.signs, self.modes.holding[numbers])
 
     def hold(self, domain: Domain, first: Places, second: Places) -> Node:
         """1 where two forces hold."""
-        ...
+        stuck: Node = 1.0 - self.slips(domain, first)
+        return stuck if np.array_equal(first, second) else stuck * (1.0 - self.slips(domain, second))
 
 
 class Anchoring:
     """Totals in the order of ``families.switching.anchors``: whether a force holds (``sticks``), the
     ``ratios`` of velocities to those of the anchors, and the ``shares`` that anchors have of forces."""
 
-    def __init__(self, restraint: Sticking) -> None:
+    def __init__(self, restraint: Rubbing) -> None:
         self.restraint, self.anchors = restraint, anchors_of(restraint.bonds, restraint.size)
         self.count, self.width = self.anchors.others.shape
         sticks, shares, others = list[Term](), list[Term](), list[Term]()

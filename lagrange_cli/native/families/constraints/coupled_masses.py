@@ -63,6 +63,7 @@ def factors_of(system: FamilySystem, lasting: Lasting, tables: Tables) -> MassFa
         return None
     if system.saddle is not None:
         found = lasting_entries(system, lasting)
+        lasting.matrix = found is not None
         return None if found is None else MassFactors(system.saddle, found, tables, definite=False)
     entries = lasting.arranged(system.coupled_masses.entries)
     return MassFactors(system.coupled_masses, entries, tables, definite=system.spec.lagrangian is None)

@@ -23,24 +23,24 @@ Pulled: TypeAlias = "AtAState | TogetherAtAState | FreeAtAState"
 """What is solved for at a state."""
 
 
-def along_motion(system: FamilySystem, lasting: Lasting, *, lasts: bool) -> AlongMotion:
-    """Those along a motion, with a matrix that ``lasts`` or changes."""
+def along_motion(system: FamilySystem, lasting: Lasting) -> AlongMotion:
+    """Those along a motion."""
     if system.saddle is not None:
-        return TogetherAlongMotion(system, lasting, lasts=lasts)
+        return TogetherAlongMotion(system, lasting)
     return AlongMotion(system, lasting)
 
 
-def moves_of(system: FamilySystem, lasting: Lasting, *, lasts: bool) -> Moves | MovesTogether:
+def moves_of(system: FamilySystem, lasting: Lasting) -> Moves | MovesTogether:
     """Those of a projection."""
     if system.saddle is not None:
-        return MovesTogether(system, lasting, lasts=lasts)
+        return MovesTogether(system, lasting)
     return Moves(system, lasting)
 
 
-def at_a_state(system: FamilySystem, lasting: Lasting, *, lasts: bool) -> Pulled | None:
+def at_a_state(system: FamilySystem, lasting: Lasting) -> Pulled | None:
     """Those at a state; None where accelerations are forces divided by masses."""
     if system.saddle is not None:
-        return TogetherAtAState(system, lasting, lasts=lasts)
+        return TogetherAtAState(system, lasting)
     if system.bonds is not None:
         return AtAState(system, lasting)
     return None if system.coupled_masses is None else FreeAtAState(system, lasting)

@@ -21,8 +21,8 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.jet import saddle_of, solve
 from lagrange_cli.native.families.constraints.moves import Offsets
-from lagrange_cli.native.families.constraints.projection import Residuals, add_to_state
-from lagrange_cli.native.families.evaluation import Evaluation, added
+from lagrange_cli.native.families.constraints.projection import add_to_state, write_residuals
+from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.guards import DONE, LEFT
@@ -121,7 +121,7 @@ class Impulse:
         sound, sizes = f.variable(Bit(f, "true", 1)), [f.variable(f.constant(0.0)) for _ in range(PASSES)]
         saddle = saddle_of(evaluation.vectors, self.tabled, self.scratch, 0)
         with f.loop(0, PASSES, tested=False) as k:
-            self._evaluate()
+            write_residuals(moves, evaluation, f.variable(Bit(f, "true", 1)))
             with f.when(k.equals(0)):
                 evaluation.write([moves.square])
                 saddle.factor(where(moves.square), moves.placed(self.tabled), sound)
@@ -162,16 +162,6 @@ class Impulse:
             f.store(f.load("%results", place_at(f, k + listed)), state, row)
             f.store(f.constant(0.0), state, row + layout.width)
             f.store(f.constant(0.0), self.evaluation.where(self.moves.inverses), row - layout.degrees)
-
-    def _evaluate(self) -> None:
-        """By how much constraints are off, and their slopes."""
-        moves, evaluation = self.moves, self.evaluation
-        fine = evaluation.f.variable(Bit(evaluation.f, "true", 1))
-        columns = [one for some in moves.columns for one in some]
-        sizes = moves.sizes if len(moves.bonds.summed) else ()
-        evaluation.clear(added([moves.off, moves.off_speeds, *columns, *sizes], moves.loops))
-        for number, _ in enumerate(moves.bounds):
-            Residuals(moves, evaluation, number, fine).write()
 
     def _largest(self, changes: Pointer) -> Real:
         """The largest magnitude of changes of velocities; no number if one of them is none."""

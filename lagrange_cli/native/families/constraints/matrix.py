@@ -36,7 +36,7 @@ class MatrixOfConstraints:
     @cached_property
     def masses(self) -> list[Term]:
         """M, at rows times all coordinates, plus the column."""
-        n, every = self.degrees, np.arange(self.degrees)
+        n, everyone = self.degrees, self.system.everyone
         coupled = self.system.coupled_masses
         if coupled is not None:
             i, j = coupled.pairs.T
@@ -49,8 +49,8 @@ class MatrixOfConstraints:
                 for domain, (numbers, places) in zip(domains, both)
             ]
         if self.system.joints is None:
-            mass = self.system.slots.symbol(self.system.everyone, self.system.masses, every)
-            return [Term(self.system.everyone, mass, every * (n + 1))]
+            mass = self.system.slots.own(everyone, self.system.masses)
+            return [Term(everyone, mass, everyone.every * (n + 1))]
         return [*self._joints.masses()]
 
     @cached_property

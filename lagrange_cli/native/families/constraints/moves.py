@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term, Total
 from lagrange_cli.families.description import FamilySystem
@@ -60,7 +58,7 @@ class Offsets(Restraint):
     def _loop(self, number: int) -> Loop:
         """What is computed of a bound before it is known whether anything moves."""
         one = self.bounds[number]
-        every = np.arange(one.domain.count)
+        every = one.domain.every
         place = one.node if one.holonomic else self.graph.zero
         given = [(place, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
         given += [(node, every, array) for node, array in zip(one.slopes, self.columns[number])]
@@ -119,8 +117,7 @@ class Moves(Offsets):
 class MovesTogether(Offsets, Together):
     """The same where M is not diagonal: both are found with their forces of constraint."""
 
-    def __init__(self, system: FamilySystem, lasting: Lasting, *, lasts: bool) -> None:
-        self.lasts = lasts
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.moved = self.solution
         numbers = range(len(self.bounds))

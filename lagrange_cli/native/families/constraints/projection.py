@@ -13,12 +13,10 @@ from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether, Offsets
 from lagrange_cli.native.families.constraints.together_jet import factored
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
-from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
-from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, places_of
 from lagrange_cli.records import dataclass
@@ -40,19 +38,18 @@ class Residuals(Writer):
         self, known: dict[Node, Operands], bases: Sequence[Integer], j: Integer, inside: Bit
     ) -> list[Operands]:
         f, vectors, evaluation, kind = self.f, self.vectors, self.evaluation, self.evaluation.emitter
-        system, constants = self.moves.system, Everywhere(evaluation.tables.constants.slots)
+        system = self.moves.system
         nodes = [term.node for term, _ in self.terms][: 2 + len(self.bound.rows)]
         found = (self.carefully if vectors.parts == 1 else self.plainly)(nodes[:2], known, bases, j)
-        slopes = nodes[2:]
-        emit_values(kind, slopes, known, constants)
+        slopes = dict(zip(nodes[2:], evaluation.values(nodes[2:], known)))
         slots = self.moves.slots
         offs, sizes = list[Operands](), list[Operands]()
         for off, array in zip(found, (system.q, system.v)):
             total: Any = None
             judged = self.bound.holonomic or array is system.v
-            for slope, rows in zip(slopes, self.bound.rows) if judged else ():
+            for slope, rows in zip(nodes[2:], self.bound.rows) if judged else ():
                 amount = known[slots.symbol(self.bound.domain, array, rows)]
-                total = kind.add(total, kind.magnitude(kind.mul(known[slope], amount)))
+                total = kind.add(total, kind.magnitude(kind.mul(slopes[slope], amount)))
             size = kind.mul(kind.number(LOOSE * kind.unit), total)
             if self.bound.whole:
                 most = vectors.high(vectors.number(size))
@@ -60,23 +57,28 @@ class Residuals(Writer):
                 self.fine.set(self.fine.get() & f.all(small | ~inside))
             offs.append(off)
             sizes.append(size)
-        return [*offs, *(known[one] for one in slopes), *(() if self.bound.whole else sizes)]
+        return [*offs, *(slopes[one] for one in nodes[2:]), *(() if self.bound.whole else sizes)]
 
     def plainly(
         self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
     ) -> list[Operands]:
         """What should be 0, in the numbers of the state."""
-        values = {**known}
-        emit_values(
-            self.evaluation.emitter, nodes, values, Everywhere(self.evaluation.tables.constants.slots)
-        )
-        return [values[node] for node in nodes]
+        return self.evaluation.values(nodes, known)
 
     def carefully(
         self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
     ) -> list[Operands]:
         """The same from doubles and their low parts."""
         return careful_values(self, nodes, known, lambda one: {**one.fixed(bases), **one.changing(bases, j)})
+
+
+def write_residuals(moves: Offsets, evaluation: Evaluation, fine: Variable[Bit]) -> None:
+    """By how much all constraints are off, and their slopes; whether those of one term are ``fine``."""
+    slopes = [one for some in moves.columns for one in some]
+    sizes = moves.sizes if len(moves.bonds.summed) else ()
+    evaluation.clear(added([moves.off, moves.off_speeds, *slopes, *sizes], moves.loops))
+    for number, _ in enumerate(moves.bounds):
+        Residuals(moves, evaluation, number, fine).write()
 
 
 @dataclass(frozen=True)
@@ -96,12 +98,8 @@ class Projection:
         moves, evaluation = self.moves, self.evaluation
         f = evaluation.f
         fine = f.variable(Bit(f, "true", 1))
-        slopes = [one for some in moves.columns for one in some]
         summed = moves.bonds.summed.tolist()
-        totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
-        evaluation.clear(added(totals, moves.loops))
-        for number, _ in enumerate(moves.bounds):
-            Residuals(moves, evaluation, number, fine).write()
+        write_residuals(moves, evaluation, fine)
         if summed:
             self._judge(summed, fine)
         with f.when(~fine.get()):

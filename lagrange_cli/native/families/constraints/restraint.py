@@ -54,7 +54,7 @@ class Bonded:
         """What the series of a bound give: c, and for each of some symbols a column of A and, if that moves,
         what A^T lambda adds at some places of an array, with a sign. ``places`` has places by their
         velocities; ``change`` gives the acceleration of one."""
-        graph, domain, every = self.graph, bound.domain, np.arange(bound.domain.count)
+        graph, domain, every = self.graph, bound.domain, bound.domain.every
         (own,) = self.total(domain.count, [Term(domain, bound.node, every)]).terms
         node, found = in_series(self.slots, own.node, domain, places)
         moving, rate = union((self.system.time, *found)), graph.ddt(node)
@@ -94,6 +94,10 @@ class Restraint(Bonded):
         """1 where two constraints hold the motion."""
         return self.graph.one
 
+    def loose(self, domain: Domain) -> Node | None:
+        """1 where one does not; None if all of them always do."""
+        return None
+
     def all_columns(self) -> Sequence[Sequence[Array]]:
         """The columns of A."""
         return [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
@@ -110,16 +114,16 @@ class Restraint(Bonded):
     def slope(self, bound: int, column: int) -> Node:
         """A."""
         one = self.bounds[bound]
-        return self.slots.symbol(one.domain, self.slopes[bound][column], np.arange(one.domain.count))
+        return self.slots.own(one.domain, self.slopes[bound][column])
 
     def of_all(self, array: Array) -> Node:
         """An array of all coordinates."""
-        return self.slots.symbol(self.everyone, array, np.arange(self.size))
+        return self.slots.own(self.everyone, array)
 
     def pushed(self, forces: Total) -> Total:
         """M^-1 times forces."""
         push = self.of_all(forces) * self.of_all(self.inverses)
-        return self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+        return self.total(self.size, [Term(self.everyone, push, self.everyone.every)])
 
     def of_bounds(self, make: Mapping[int, Node], less: Array | None = None) -> Total:
         """A total with a number for each constraint, ``less`` one of each besides."""
@@ -135,7 +139,7 @@ class Restraint(Bonded):
 
     def on_coordinates(self, node: Node | None, multiplied: Array) -> Total:
         """M^-1 A^T times a number for each constraint, and ``node`` of each coordinate besides."""
-        terms = [] if node is None else [Term(self.everyone, node, np.arange(self.size))]
+        terms = [] if node is None else [Term(self.everyone, node, self.everyone.every)]
         for b, one in enumerate(self.bounds):
             for a, rows in enumerate(one.rows):
                 inverse = self.slots.symbol(one.domain, self.inverses, rows)
@@ -180,6 +184,11 @@ class Restraint(Bonded):
             )
             both = self.hold(domain, *numbers)
             terms.append(Term(domain, both * inverse * one * other, pair.entries))
+        every = Domain(self.count)
+        loose = self.loose(every)
+        if loose is not None:
+            places = np.array([self.entries[i, i] for i in range(self.count)])
+            terms.append(Term(every, loose, places))
         return terms
 
     @cached_property
@@ -208,7 +217,7 @@ class AtAState(Restraint):
         )
 
     def column(self, bound: Bound, slope: Node) -> Array:
-        return self.total(bound.domain.count, [Term(bound.domain, slope, np.arange(bound.domain.count))])
+        return self.total(bound.domain.count, [Term(bound.domain, slope, bound.domain.every)])
 
 
 class AlongMotion(Restraint):

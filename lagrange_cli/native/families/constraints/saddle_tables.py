@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.families.tables import in_groups
 from lagrange_cli.model.sparse import SparseElimination
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.interface import LANES
@@ -159,7 +160,7 @@ class SaddleTables:
         order = np.argsort(terms.targets, kind="stable")
         sorted_ = terms.of(order)
         counts = np.bincount(sorted_.targets, minlength=LANES * (int(blocks.max(initial=0)) + 1))
-        ranks = np.arange(len(order)) - np.repeat(np.cumsum(counts) - counts, counts)
+        ranks = in_groups(counts)[1]
         longest = counts.reshape(-1, LANES).max(axis=1)
         kept = blocks if every else blocks[longest[blocks] > 0]
         ends = np.cumsum(longest[kept])
@@ -211,6 +212,5 @@ def tail_of(elimination: SparseElimination) -> tuple[Sequence[int], int]:
 def couples(starts: Places, counts: Places) -> tuple[Places, Places]:
     """All pairs within groups of so many that begin at these places: both members."""
     times, begins = np.repeat(counts, counts), np.repeat(starts, counts)
-    one = np.repeat(np.arange(int(counts.sum())), times)
-    within = np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
-    return one, np.repeat(begins, times) + within
+    one, within = in_groups(times)
+    return one, begins[one] + within

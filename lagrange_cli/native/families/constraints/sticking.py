@@ -13,15 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
-from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.switching.friction import gate
-from lagrange_cli.native.families.constraints.anchoring import PAIR, Anchoring, AnchorLoops
+from lagrange_cli.native.families.constraints.anchoring import PAIR, Anchoring, AnchorLoops, Rubbing
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.jet import saddle_of, solve
 from lagrange_cli.native.families.constraints.restraint import Restraint
@@ -35,7 +31,7 @@ from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 from lagrange_cli.native.state import whole_vectors
 
 
-class Sticking(Restraint):
+class Sticking(Rubbing, Restraint):
     """The totals of these forces: ``right`` side, and the ``whole`` force on each coordinate, without those
     between members that move as one."""
 
@@ -47,7 +43,7 @@ class Sticking(Restraint):
         self.free = self.pushed(self.forces)
         held = {b: self.hold(one.domain, one.numbers, one.numbers) for b, one in enumerate(self.bounds)}
         self.right = self.of_bounds({b: -stuck * self.along(b, self.free) for b, stuck in held.items()})
-        terms = [Term(self.everyone, self.of_all(self.forces), np.arange(self.size))]
+        terms = [Term(self.everyone, self.of_all(self.forces), self.everyone.every)]
         for b, one in enumerate(self.bounds):
             if len(one.rows) > PAIR:
                 force = self.own(b, self.multipliers)
@@ -55,28 +51,11 @@ class Sticking(Restraint):
         self.whole = self.total(self.size, terms)
         self.anchoring = Anchoring(self)
 
-    def bonds_of(self, system: FamilySystem) -> Bonds:
-        assert system.modes is not None and system.modes.sticking is not None
-        self.modes = system.modes
-        return system.modes.sticking
-
     def column(self, bound: Bound, slope: Node) -> Array:
-        every = np.arange(bound.domain.count)
-        return self.lasting.arranged(Total(Source.TOTAL, len(every), (Term(bound.domain, slope, every),)))
+        return self.lasting_column(bound.domain, slope)
 
-    def slips(self, domain: Domain, numbers: Places) -> Node:
-        """1 where a mode is not 0."""
-        return gate(self.slots, domain, self.modes.signs, self.modes.holding[numbers])
-
-    def hold(self, domain: Domain, first: Places, second: Places) -> Node:
-        stuck: Node = 1.0 - self.slips(domain, first)
-        return stuck if np.array_equal(first, second) else stuck * (1.0 - self.slips(domain, second))
-
-    def square_terms(self) -> list[Term]:
-        numbers = np.arange(self.count)
-        domain = Domain(self.count)
-        places = np.array([self.entries[i, i] for i in range(self.count)])
-        return [*super().square_terms(), Term(domain, self.slips(domain, numbers), places)]
+    def loose(self, domain: Domain) -> Node | None:
+        return self.slips(domain, domain.every)
 
 
 class StickingJet(DiagonalJet):

@@ -25,12 +25,12 @@ class Together(Restraint):
     """The totals: ``solution`` has the accelerations, or other changes of coordinates, and behind them the
     multipliers. If the matrix ``lasts``, it is that of ``lasting_entries``."""
 
-    lasts: bool
     definite = False
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         assert system.saddle is not None
         self.saddle: SaddlePoint = system.saddle
+        self.lasts = lasting.matrix
         self.solution = Array(Source.TOTAL, self.saddle.count)
         super().__init__(system, lasting)
 
@@ -49,14 +49,14 @@ class Together(Restraint):
 
     def whole(self, force: Array | None, make: Mapping[int, Node], more: Array | None = None) -> Total:
         """The right side: forces on coordinates, and c of each constraint, ``more`` of each besides."""
-        every, own, first = np.arange(self.size), np.arange(self.count), self.size
-        terms = [] if force is None else [Term(self.everyone, self.of_all(force), every)]
+        first = self.size
+        terms = [] if force is None else [Term(self.everyone, self.of_all(force), self.everyone.every)]
         for b, one in enumerate(self.bounds):
             if b in make and not make[b].is_zero:
                 terms.append(Term(one.domain, make[b], first + one.numbers))
         if more is not None:
             domain = Domain(self.count)
-            terms.append(Term(domain, self.slots.symbol(domain, more, own), first + own))
+            terms.append(Term(domain, self.slots.own(domain, more), first + domain.every))
         return self.total(self.saddle.count, terms)
 
 
@@ -66,8 +66,7 @@ def entries(system: FamilySystem, lasting: Lasting, slope: Callable[[int, int], 
     assert saddle is not None and bonds is not None
     masses = lasting.arranged(saddle.masses.entries)
     own, end = Domain(len(saddle.masses.pairs)), len(saddle.pairs)
-    every = np.arange(own.count)
-    terms = [Term(own, slots.symbol(own, masses, every), every)]
+    terms = [Term(own, slots.own(own, masses), own.every)]
     for (b, a), places in zip(bonds.pulls, saddle.places):
         one, value = bonds.bounds[b], slope(b, a)
         inverse = graph.absolute(slots.symbol(one.domain, lasting.inverses, one.rows[a]))
@@ -95,14 +94,13 @@ class TogetherAtAState(Together):
         """What is solved for."""
         return self.system.accelerations, self.bonds.multipliers
 
-    def __init__(self, system: FamilySystem, lasting: Lasting, *, lasts: bool) -> None:
-        self.lasts = lasts
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         forces = lasting.arranged(system.forces, kept=False)
         self.right = self.whole(forces, {b: self.rate(one.speed) for b, one in enumerate(self.bounds)})
 
     def column(self, bound: Bound, slope: Node) -> Array:
-        return self.total(bound.domain.count, [Term(bound.domain, slope, np.arange(bound.domain.count))])
+        return self.total(bound.domain.count, [Term(bound.domain, slope, bound.domain.every)])
 
 
 class FreeAtAState:
@@ -118,10 +116,6 @@ class FreeAtAState:
 class TogetherAlongMotion(Together, AlongMotion):
     """Those of the equations of motion, of order k: A^T lambda without what is newest in it is added to the
     ``forces``."""
-
-    def __init__(self, system: FamilySystem, lasting: Lasting, *, lasts: bool) -> None:
-        self.lasts = lasts
-        super().__init__(system, lasting)
 
     def arrange(self) -> None:
         self.right = self.whole(self.forces, {}, more=self.rest)

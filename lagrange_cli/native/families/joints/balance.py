@@ -10,12 +10,11 @@ where c has what is known already. From the tips on, R = M a_parent + B: each jo
 met, which leaves a matrix of the size of one place (R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
 ch. 7). So the work grows with the number of joints. Weights that a joint carries without further joints are
 treated alike, but without children. M is found once a step; each order goes to the root with B and back with
-a.
-"""
+a."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -28,10 +27,27 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.joints.kinds import JointKind
 from lagrange_cli.native.families.joints.node_arrays import Arranged, NodeArrays, array
-from lagrange_cli.native.families.joints.pushed import PushedJoints
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+
+
+@dataclass(frozen=True, eq=False)
+class PushedJoints:
+    """Contacts add u (``pushed``) to accelerations of the joints' coordinates, which are ``of_joints`` then;
+    those of the system's coordinates are the ``rates``, and of sums ``of_sums``. Series give what they have
+    of u without what is newest (``gained``), and of J u of nodes (``jolts``); ``series`` are those of the
+    contacts. ``of_kind`` has terms of u for a kind of joints with these moves, and the unknown of each."""
+
+    pushed: Total
+    of_joints: Total
+    rates: Total
+    of_sums: Sequence[Total]
+    gained: Array
+    jolts: Sequence[Array]
+    series: Sequence[Local]
+    of_kind: Callable[[JointKind, Sequence[Node]], Iterable[tuple[Node, Term]]]
 
 
 class Balance(NodeArrays):
@@ -153,7 +169,7 @@ class Balance(NodeArrays):
         if relative is None or shifted is None:
             return
         for one in relative.driven:
-            every = np.arange(one.domain.count)
+            every = one.domain.every
             (own,) = self.total(one.domain.count, [Term(one.domain, one.shift, every)]).terms
             term = Term(one.domain, graph.ddt(graph.ddt(own.node)), one.rows)
             yield Local(one.domain, [(term, shifted)], 0, [], [], [])
@@ -238,7 +254,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
     def simple(node: Node) -> Node:
         """The same with arrays in place of what is constant."""
         (term,) = arranged(
-            Total(Source.TOTAL, kind.domain.count, (Term(kind.domain, node, kind.every),))
+            Total(Source.TOTAL, kind.domain.count, (Term(kind.domain, node, kind.domain.every),))
         ).terms
         return term.node
 
@@ -248,7 +264,8 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
     work = [graph.zero for _ in kind.bends]
     moved = [(move, kind.at, balance.rest[c], balance.strain[c]) for c, move in enumerate(joints.moves)]
     moved += [
-        (weight.move, kind.every, kind.rest[s], kind.strain[s]) for s, weight in enumerate(joints.weights)
+        (weight.move, kind.domain.every, kind.rest[s], kind.strain[s])
+        for s, weight in enumerate(joints.weights)
     ]
     pushed = [] if touched is None else [kind.at_rows(touched.pushed, b) for b in kind.bends]
     for k, (move, places, rest, strain) in enumerate(moved):
@@ -280,7 +297,7 @@ def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
             terms.append((term, touched.gained))
     for b, node in enumerate(work):
         if not node.is_zero:
-            terms.append((Term(kind.domain, simple(node), kind.every), kind.missing[b]))
+            terms.append((Term(kind.domain, simple(node), kind.domain.every), kind.missing[b]))
     change = [kind.own(one) for one in kind.change]
     if touched is not None:
         change = [kind.at_rows(touched.of_joints, b) for b in kind.bends]

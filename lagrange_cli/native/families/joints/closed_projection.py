@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Chain, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bound, Hold
@@ -97,10 +95,10 @@ class Residuals:
 
     def _low(self, node: Node, domain: Domain) -> Node:
         """What the low parts add to an expression."""
-        graph, start = self.graph, np.zeros(domain.count, dtype=np.int64)
+        graph = self.graph
         rate = graph.diff(node, self.system.time)
         moves = self.careful and not rate.is_zero
-        terms = [rate * self.slots.symbol(domain, self.low_time, start)] if moves else []
+        terms = [rate * self.slots.symbol(domain, self.low_time, domain.together)] if moves else []
         for symbol, slot in [*self.slots.inside(node)]:
             if slot.array in self.lower:
                 low = self.slots.symbol(domain, self.lower[slot.array], slot.table)

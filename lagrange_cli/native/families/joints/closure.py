@@ -16,10 +16,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slot, Term, Total
+from lagrange_cli.families.arrays import Array, Domain, Slot, Term, Total, opposite
 from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constraints.restraint import Bonded
@@ -161,13 +159,9 @@ class Closure(Bonded):
         """The sum of arrays."""
         if not arrays:
             return []
-        domain, every = Domain(count), np.arange(count)
-        symbols = [(self.slots.symbol(domain, one, every), 1.0) for one in arrays]
-        return [Term(domain, self.graph.sum(symbols), every)]
-
-    def own(self, bound: Bound, one: Array) -> Node:
-        """An array of the members of a bound."""
-        return self.slots.symbol(bound.domain, one, np.arange(bound.domain.count))
+        domain = Domain(count)
+        symbols = [(self.slots.own(domain, one), 1.0) for one in arrays]
+        return [Term(domain, self.graph.sum(symbols), domain.every)]
 
     def multiplier(self, bound: Bound) -> Node:
         return self.slots.symbol(bound.domain, self.multipliers, bound.numbers)
@@ -175,7 +169,7 @@ class Closure(Bonded):
     def on_coordinates(self) -> list[Term]:
         """A^T lambda on coordinates."""
         return [
-            Term(one.domain, self.own(one, slope) * self.multiplier(one), rows)
+            Term(one.domain, self.slots.own(one.domain, slope) * self.multiplier(one), rows)
             for one, slopes in zip(self.bounds, self.slopes)
             for slope, rows in zip(slopes, one.rows)
         ]
@@ -183,7 +177,7 @@ class Closure(Bonded):
     def on_places(self, component: int) -> list[Term]:
         """-A^T lambda on a component of places."""
         return [
-            Term(one.domain, -(self.own(one, slope) * self.multiplier(one)), hold.places)
+            Term(one.domain, -(self.slots.own(one.domain, slope) * self.multiplier(one)), hold.places)
             for one, slopes in zip(self.bounds, self.holds)
             for slope, hold in zip(slopes, one.holds)
             if hold.component == component
@@ -193,14 +187,14 @@ class Closure(Bonded):
         """A total with a number for each constraint, ``less`` one of each besides."""
         terms = [Term(one.domain, make(b), one.numbers) for b, one in enumerate(self.bounds)]
         if less is not None:
-            terms += [Term(one.domain, -one.node, one.targets) for one in self.all_of([less], self.count)]
+            terms += opposite(self.all_of([less], self.count))
         return self.total(self.count, terms)
 
     def along(self, number: int, balance: Balance) -> Node:
         """A times accelerations."""
         bound = self.bounds[number]
         changes = self.changes(bound, balance)
-        slopes = [self.own(bound, one) for one in (*self.slopes[number], *self.holds[number])]
+        slopes = [self.slots.own(bound.domain, one) for one in (*self.slopes[number], *self.holds[number])]
         return self.graph.sum([(slope * change, 1.0) for slope, change in zip(slopes, changes)])
 
     def changes(self, bound: Bound, balance: Balance) -> list[Node]:

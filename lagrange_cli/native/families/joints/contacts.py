@@ -19,11 +19,11 @@ from lagrange_cli.families.arrays import NONE, Array, Domain, Slot, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.contacts import Coupled, Push
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.tables import met
 from lagrange_cli.native.families.constraints.restraint import Bonded
 from lagrange_cli.native.families.corrected import Local, in_series
-from lagrange_cli.native.families.joints.balance import Balance
+from lagrange_cli.native.families.joints.balance import Balance, PushedJoints
 from lagrange_cli.native.families.joints.node_arrays import array
-from lagrange_cli.native.families.joints.pushed import PushedJoints
 from lagrange_cli.native.families.joints.reaching import Reaching
 from lagrange_cli.native.families.lasting import Lasting
 
@@ -127,19 +127,11 @@ class JointContacts(Bonded):
         placed = any(one.holds for one in self.bounds)
         return not placed and all(np.array_equal(one, number) for one in self.pairs)
 
-    def every(self, domain: Domain) -> Places:
-        """The numbers of the members of a domain."""
-        return np.arange(domain.count)
-
-    def own(self, domain: Domain, one: Array) -> Node:
-        """An array of the members of a domain."""
-        return self.slots.symbol(domain, one, self.every(domain))
-
     def sum_of(self, *arrays: Array) -> list[Term]:
         """The sum of arrays of all coordinates."""
         domain = self.system.everyone
-        node = self.graph.sum([(self.own(domain, one), 1.0) for one in arrays])
-        return [Term(domain, node, self.every(domain))]
+        node = self.graph.sum([(self.slots.own(domain, one), 1.0) for one in arrays])
+        return [Term(domain, node, domain.every)]
 
     def gate(self, domain: Domain, contacts: Places) -> Node:
         """1 of contacts that hold, and 0 of others."""
@@ -169,11 +161,11 @@ class JointContacts(Bonded):
         arrays of which each has so many places before the first node."""
         bound, symbol = self.bounds[number], self.slots.symbol
         parts = [
-            (self.own(bound.domain, slope) * symbol(bound.domain, coordinates, rows), 1.0)
+            (self.slots.own(bound.domain, slope) * symbol(bound.domain, coordinates, rows), 1.0)
             for slope, rows in zip(self.slopes[number], bound.rows)
         ]
         for column, hold in zip(self.reaching.columns[number], bound.holds):
-            slope = self.own(bound.domain, column)
+            slope = self.slots.own(bound.domain, column)
             for one, before in nodes[hold.component]:
                 parts.append((slope * symbol(bound.domain, one, hold.places + before), 1.0))
         return self.graph.sum(parts)
@@ -186,22 +178,22 @@ class JointContacts(Bonded):
             gate = self.gate(bound.domain, bound.numbers)
             terms.append(Term(bound.domain, -(gate * self.along(b, self.known, nodes)), bound.numbers))
         each = Domain(self.count)
-        gate = self.gate(each, self.every(each))
-        rest = gate * self.own(each, self.rest)
-        return self.total(self.count, [*terms, Term(each, -rest, self.every(each))])
+        gate = self.gate(each, each.every)
+        rest = gate * self.slots.own(each, self.rest)
+        return self.total(self.count, [*terms, Term(each, -rest, each.every)])
 
     def _divided(self) -> Total:
         """N, each of its own."""
         each = Domain(self.count)
-        gate = self.gate(each, self.every(each))
-        own = gate * self.own(each, self.square) + (1.0 - gate)  # which may be 0 where nothing holds
-        return self.total(self.count, [Term(each, self.own(each, self.right) / own, self.every(each))])
+        gate = self.gate(each, each.every)
+        own = gate * self.slots.own(each, self.square) + (1.0 - gate)  # which may be 0 where nothing holds
+        return self.total(self.count, [Term(each, self.slots.own(each, self.right) / own, each.every)])
 
     def _newest(self) -> Total:
         terms = [*self.reaching.pushed(self.reaching.newest)]
         for push, direction in zip(self.pushes, self.directions):
             multiplier = self.slots.symbol(push.domain, self.multipliers, push.contacts)
-            terms.append(Term(push.domain, self.own(push.domain, direction) * multiplier, push.rows))
+            terms.append(Term(push.domain, self.slots.own(push.domain, direction) * multiplier, push.rows))
         return self.total(self.size, terms)
 
     def _column(self) -> Total:
@@ -214,8 +206,8 @@ class JointContacts(Bonded):
 
     def _left(self) -> Total:
         each = Domain(self.count)
-        product = self.gate(each, self.every(each)) * self.own(each, self.column)
-        return self.total(self.count, [Term(each, self.own(each, self.right) - product, self.every(each))])
+        product = self.gate(each, each.every) * self.slots.own(each, self.column)
+        return self.total(self.count, [Term(each, self.slots.own(each, self.right) - product, each.every)])
 
     def _on_joints(self) -> Total:
         relative = self.balance.found.relative
@@ -263,7 +255,7 @@ class JointContacts(Bonded):
 
     def _series(self, domain: Domain, node: Node) -> tuple[Node, list[Node], list[Node]]:
         """An expression of coordinates and places, these, and their accelerations."""
-        (one,) = self.total(domain.count, [Term(domain, node, self.every(domain))]).terms
+        (one,) = self.total(domain.count, [Term(domain, node, domain.every)]).terms
         assert self.system.joints is not None
         rates = enumerate(self.system.joints.rates)
         placed: dict[Array, Array] = {self.system.v: self.system.q}
@@ -282,7 +274,7 @@ class JointContacts(Bonded):
         """What the series of contacts give."""
         graph, domain = self.graph, bound.domain
         node, symbols, changes = self._series(domain, bound.node)
-        moving, every = union((self.system.time, *symbols)), self.every(domain)
+        moving, every = union((self.system.time, *symbols)), domain.every
         terms = [(Term(domain, graph.ddt(graph.ddt(node)), bound.numbers), self.rest)]
         columns = [
             (Term(domain, graph.diff(node, symbol), every), column)
@@ -305,18 +297,8 @@ class JointContacts(Bonded):
         domain = push.domain
         node, symbols, changes = self._series(domain, push.node)
         multiplier = self.slots.symbol(domain, self.multipliers, push.contacts)
-        column = Term(domain, node, self.every(domain)), self.directions[number]
+        column = Term(domain, node, domain.every), self.directions[number]
         if not node.symbols & union((self.system.time, *symbols)):
             return Local(domain, [column], 1, symbols, [], changes)
         pushed = Term(domain, node * multiplier, push.rows), self.gained
         return Local(domain, [pushed, column], 1, symbols, [multiplier], changes)
-
-
-def met(rows: Places, others: Places) -> tuple[Places, Places]:
-    """All pairs of places at which two tables have the same number."""
-    order = np.argsort(others, kind="stable")
-    left, right = (np.searchsorted(others[order], rows, side) for side in ("left", "right"))
-    counts = right - left
-    first = np.repeat(np.arange(len(rows)), counts)
-    within = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return first, order[np.repeat(left, counts) + within]

@@ -21,7 +21,6 @@ class KindSymbols:
     joints: Joints
     graph: Graph
     domain: Domain
-    every: Places
     bends: range
     is_node: bool
     slopes: Mapping[tuple[int, int], Array]
@@ -35,7 +34,7 @@ class KindSymbols:
 
     def own(self, one: Array) -> Node:
         """An array of the kind's members."""
-        return self.balance.slots.symbol(self.domain, one, self.every)
+        return self.balance.slots.own(self.domain, one)
 
     def node(self, one: Array) -> Node:
         """An array of nodes, at the joints' own ones."""

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from copy import copy
 from functools import cached_property
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Term, Total
 from lagrange_cli.families.joints.joints import Joints
@@ -24,7 +22,7 @@ class JointKind(KindSymbols):
 
     def __init__(self, balance: NodeArrays, joints: Joints) -> None:
         self.balance, self.joints, self.graph = balance, joints, balance.graph
-        self.domain, self.every = joints.domain, np.arange(joints.domain.count)
+        self.domain = joints.domain
         self.coordinates = tuple(map(balance.arranged_symbol, joints.coordinates))
         self.is_node, self.hangs = joints.nodes is not None, joints.parents is not None
         self.bends, count = range(len(joints.rows)), joints.domain.count
@@ -59,7 +57,7 @@ class JointKind(KindSymbols):
 
     def total(self, node: Node) -> Total:
         """A number of each of the kind's members."""
-        return self.balance.total(self.domain.count, [Term(self.domain, node, self.every)])
+        return self.balance.total(self.domain.count, [Term(self.domain, node, self.domain.every)])
 
     def strained(self) -> None:
         """R of weights."""

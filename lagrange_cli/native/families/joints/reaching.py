@@ -12,8 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Term, Total
 from lagrange_cli.families.contacts import Reach
@@ -71,16 +69,14 @@ class Reaching:
     def _pull(self, b: int, h: int) -> Term:
         bound = self.touch.bounds[b]
         multiplier = self.slots.symbol(bound.domain, self.touch.multipliers, bound.numbers)
-        every = np.arange(bound.domain.count)
-        return Term(
-            bound.domain, self.slots.symbol(bound.domain, self.columns[b][h], every) * multiplier, every
-        )
+        column = self.slots.own(bound.domain, self.columns[b][h])
+        return Term(bound.domain, column * multiplier, bound.domain.every)
 
     def _sum(self, *arrays: Array) -> Total:
         """The sum of arrays of all coordinates."""
-        domain, every = self.touch.system.everyone, np.arange(self.touch.size)
-        node = self.touch.graph.sum([(self.slots.symbol(domain, one, every), 1.0) for one in arrays])
-        return self.touch.total(self.touch.size, [Term(domain, node, every)])
+        domain = self.touch.system.everyone
+        node = self.touch.graph.sum([(self.slots.own(domain, one), 1.0) for one in arrays])
+        return self.touch.total(self.touch.size, [Term(domain, node, domain.every)])
 
     def _sums(self, pulls: Sequence[Sequence[Array]]) -> Iterator[Total]:
         touch = self.touch

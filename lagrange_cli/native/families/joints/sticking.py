@@ -13,15 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
-from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.switching.friction import gate
-from lagrange_cli.native.families.constraints.anchoring import Anchoring, AnchorLoops
+from lagrange_cli.native.families.constraints.anchoring import Anchoring, AnchorLoops, Rubbing
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -31,17 +27,12 @@ from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.series_places import JetSetting
 
 
-class StickingClosure(Closure):
+class StickingClosure(Rubbing, Closure):
     """The totals of these forces."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.anchoring = Anchoring(self)
-
-    def bonds_of(self, system: FamilySystem) -> Bonds:
-        assert system.modes is not None and system.modes.sticking is not None
-        self.modes = system.modes
-        return system.modes.sticking
 
     @property
     def forces_besides(self) -> Total:
@@ -49,17 +40,7 @@ class StickingClosure(Closure):
         return self.modes.loose
 
     def columns(self, bound: Bound) -> Sequence[Array]:
-        every = np.arange(bound.domain.count)
-        terms = [Term(bound.domain, slope, every) for slope in bound.slopes]
-        return [self.lasting.arranged(Total(Source.TOTAL, len(every), (one,))) for one in terms]
-
-    def slips(self, domain: Domain, numbers: Places) -> Node:
-        """1 where a mode is not 0."""
-        return gate(self.slots, domain, self.modes.signs, self.modes.holding[numbers])
-
-    def hold(self, domain: Domain, first: Places, second: Places) -> Node:
-        stuck: Node = 1.0 - self.slips(domain, first)
-        return stuck if np.array_equal(first, second) else stuck * (1.0 - self.slips(domain, second))
+        return [self.lasting_column(bound.domain, slope) for slope in bound.slopes]
 
     def sticks(self, bound: Bound) -> Node:
         """1 where members stick."""

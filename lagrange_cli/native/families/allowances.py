@@ -1,10 +1,15 @@
-"""``@allow_static`` of systems of families (see ``native.stepping.static_forces``)."""
+"""What the acceptance of a step allows accelerations because of rounding.
+
+``@allow_static`` is for forces that cancel at rest (see ``native.stepping.static_forces``),
+``@allow_directions`` for friction along vectors, which is known to the rounding errors of the velocities
+whose difference gives its direction.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.constraints.together_jet import solved_at_a_state
 from lagrange_cli.native.families.evaluation import room
@@ -15,8 +20,8 @@ from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.static_forces import HEAD, UNITS
 from lagrange_cli.native.stepping.step_size import ENDLESS
 
@@ -28,26 +33,20 @@ def where_diagonal(arrangement: Arrangement, sizes: Total, unit: float) -> str:
     """The text of the function where M is diagonal, from the ``sizes`` of the errors of forces, in units of
     rounding of this size. Its arrays are the next ones in scratch; numbers are doubles, the high parts of
     others."""
-    f, system, degrees = Function(HEAD), arrangement.system, arrangement.degrees
+    f, degrees = Function(HEAD), arrangement.degrees
     vectors = DoubleVectors(f)
     base = arrangement.scratch(vectors)
-    arrays: dict[Array, Pointer] = {
-        system.q: f.pointer("%state"),
-        system.v: f.place("%state", degrees, "double"),
-    }
+    arrays = arrangement.state(f)
     held, fixed = arrangement.held, arrangement.lasting.fixed
     first = needed([] if held is None else [held.square, held.right], arrangement.slots, fixed)
     totals = [one for one in needed([sizes], arrangement.slots, fixed) if one not in first]
-    for total in (*first, *totals):
-        arrays[total] = vectors.place(base, arrangement.size)
-        arrangement.size += room(total.count)
+    arrays |= arrangement.arrays(vectors, base, (*first, *totals))
     arrays.update(arrangement.placed_together(vectors, base, held))
     time = f.load("%state", arrangement.layout.at(Clock.TIME))
     evaluation = arrangement.evaluation(vectors, arrays, time)
     if held is not None:
         evaluation.write(first)
-        scratch = vectors.place(base, arrangement.size)
-        arrangement.size += room(arrangement.tabled.size)
+        scratch = arrangement.taken(vectors, base, room(arrangement.tabled.size))
         solved_at_a_state(evaluation, held, arrangement.tabled, arrangement.factors, scratch)
         totals = [one for one in totals if one not in held.found]
     evaluation.write(totals)
@@ -68,11 +67,9 @@ def of_joints(arrangement: Arrangement, shaken: Balance, setting: JetSetting, un
     text = jet.write().text
     f, degrees, width = Function(HEAD), arrangement.degrees, arrangement.layout.width
     vectors = DoubleVectors(f)
-    base, places = arrangement.scratch(vectors), list[Pointer]()
-    for count in (width, degrees, jet.work):
-        places.append(vectors.place(base, arrangement.size))
-        arrangement.size += room(count)
-    state, largest, work = places
+    base = arrangement.scratch(vectors)
+    sizes = width, degrees, jet.work
+    state, largest, work = (arrangement.taken(vectors, base, room(one)) for one in sizes)
     signs = vectors.place(base, arrangement.places[arrangement.signs])
     with f.loop(0, degrees, tested=False) as i:
         f.store(f.load("%state", i), state, i)
@@ -100,4 +97,32 @@ def allow(f: Function, degrees: int, units: float, of: Callable[[Integer, int], 
         known = f.select(error < ENDLESS, error, f.zero(lanes))
         f.store_row(f.load_row(allowed, i, lanes) + known, allowed, i)
 
-    in_vectors(f, (f.count(0), f.count(degrees)), add)
+    in_vectors(f, degrees, add)
+
+
+DIRECTIONS = "define internal void @allow_directions(ptr %constants, ptr %state, ptr %errors) #0"
+
+
+def allow_directions(arrangement: Arrangement, state: StateLayout) -> str:
+    """The text of the function, which adds to the ``%errors`` at the rows of velocities; none where no
+    friction acts along differences of velocities. (Steps on rates measure these errors.)"""
+    errors, degrees = arrangement.blurred, arrangement.degrees
+    if errors is None or arrangement.kind is not DoubleVectors:
+        return ""
+    f = Function(DIRECTIONS)
+    vectors = DoubleVectors(f)
+    base = arrangement.scratch(vectors)
+    arrays = arrangement.state(f)
+    totals = needed([errors], arrangement.slots, arrangement.lasting.fixed)
+    arrays |= arrangement.arrays(vectors, base, totals)
+    time = f.load("%state", state.at(Clock.TIME)) + f.load("%state", state.at(Clock.TIME_LOW))
+    arrangement.evaluation(vectors, arrays, time).write(totals)
+    target = f.place("%errors", degrees, "double")
+
+    def add(i: Integer, lanes: int) -> None:
+        error = f.magnitude(f.load_row(arrays[errors], i, lanes))
+        f.store_row(f.load_row(target, i, lanes) + error, target, i)
+
+    in_vectors(f, degrees, add)
+    f.give()
+    return f.text()
