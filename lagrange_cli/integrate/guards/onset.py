@@ -7,7 +7,7 @@ the motion that is held, whose force has a direction, and what friction in this 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -201,6 +201,12 @@ class Onset(Leading):
         pivots = [self._rows.guards[j].pivots for j in vectors]
         units = ROUNDED_OFF[parts - 1] * np.array([np.max(speeds[[*one]]) for one in pivots])
         once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
+        others = [
+            j
+            for j in self._rows.vectors
+            if self._rows.guards[j].multiplier and self.modes[j] > 0.0 and j not in sliding
+        ]
+        begins = self._parts(*others) if others else np.zeros(0)
 
         def rates(t: float, places: Array, speeds: Array) -> Array:
             self.memory[:] = origin
@@ -240,14 +246,14 @@ class Onset(Leading):
             here.append(rates(t, *changes))
             beyond |= self._beyond()
             forward = all(self._parts(j) @ one > 0.0 for j, one in along.items())
-            if not (forward and self._on_their_sides()):
+            if not (forward and self._go_on(others, begins) and self._on_their_sides()):
                 return None
         if beyond:
             return beyond
         self.onset = Way(origin, length, np.hstack([found, np.array(here)[:, own:]]))
         self._follow(self.onset, until)
         self.marks[:] = np.fmin(self.marks, 0.0)
-        return {} if self._on_their_sides() else None
+        return {} if self._go_on(others, begins) and self._on_their_sides() else None
 
     def _follow(self, way: Way, t: float) -> None:
         """Move to where a motion is after a time."""
@@ -281,6 +287,13 @@ class Onset(Leading):
         held = [j for j, guard in rows if guard.multiplier and self.modes[j] == 0.0]
         found = zip(held, self._multipliers(held).tolist())
         return {j: 1.0 if size > 0.0 else -1.0 for j, size in found if not abs(size) <= HELD}
+
+    def _go_on(self, vectors: Sequence[int], begins: Array) -> bool:
+        """Whether none of the vectors, whose parts were ``begins``, has turned round: friction would."""
+        if not vectors:
+            return True
+        first = np.cumsum([0, *(self._rows.guards[j].parts for j in vectors[:-1])])
+        return bool(np.all(np.add.reduceat(self._parts(*vectors) * begins, first) > 0.0))
 
     def _on_their_sides(self) -> bool:
         """Whether arguments have the signs of their modes."""

@@ -24,6 +24,8 @@ much shorter the next one is; and the shortest, as part of the time."""
 
 EXACT = 2
 """How often a velocity that is 0 up to rounding is set to 0."""
+TOGETHER = 2.0**-16
+"""Vectors of which so much is left where steps on rates have taken one to 0 become 0 with it."""
 FEW = 4.0
 """A velocity of so many rounding errors may be 0."""
 
@@ -62,12 +64,14 @@ class Sliding(Drag):
         motion goes on."""
         before, reached = self.memory.copy(), self.modes[j] == 0.0
         self.begin_steps()
+        vectors, least = self.vectors(), np.zeros(1)
+        if not reached and self.machine.program.carried:
+            least = self._sizes(vectors) * TOGETHER
+            self._move_to_zero(j)
         self._stop(j)
         self.modes[j] = 0.0
-        vectors = self.vectors()
-        ends = np.cumsum([0, *(self._rows.guards[k].parts for k in vectors[:-1])])
-        largest = np.maximum.reduceat(np.abs(self._parts(*vectors)), ends)
-        self.modes[np.array(vectors)[largest <= self._rounding_of_speeds]] = 0.0  # with it, or at that time
+        with_it = self._sizes(vectors) <= np.fmax(least, self._rounding_of_speeds)
+        self.modes[np.array(vectors)[with_it]] = 0.0  # with it, or at that time
         self._take_rounding([k for k in self.vectors() if self.modes[k] == 0.0])
         if reached:
             self._move_to_limit(j)
@@ -82,6 +86,12 @@ class Sliding(Drag):
         self.prepare()
         return found
 
+    def _sizes(self, vectors: Sequence[int]) -> Array:
+        """The largest part of each vector."""
+        first = np.cumsum([0, *(self._rows.guards[k].parts for k in vectors[:-1])])
+        found: Array = np.maximum.reduceat(np.abs(self._parts(*vectors)), first)
+        return found
+
     def _move_to_limit(self, j: int) -> None:
         """Move to where the force that holds a vector is as large as its limit, which is near: a method that
         takes steps on rates has found this time with its own error."""
@@ -90,6 +100,20 @@ class Sliding(Drag):
         t = -excess / rate if rate else np.inf
         if abs(t) <= SOON * abs(self.memory[self._layout.time]):
             self._move(t, self._rates_of_rows())
+
+    def _move_to_zero(self, j: int) -> None:
+        """Move to where a vector is 0, which is near: steps on rates end before, as friction has no direction
+        there."""
+        self._series()
+        u, rate = self._coefficients(self._rows.first + j)[:2]
+        t = -u / rate if rate < 0.0 < u else 0.0
+        if not t or self.memory[self._layout.time] + t >= self.end:
+            return
+        before = self.memory.copy()
+        self._move(t, self._rates_of_rows())
+        self.modes[j] = 0.0
+        if not self._on_their_sides():
+            self.memory[:] = before
 
     def _stop(self, j: int) -> None:
         """Take a vector away that is 0 up to rounding, as friction does."""

@@ -21,8 +21,6 @@ of the right length at full double precision. Rates are rounded where it is less
 power of the ratio between these."""
 NO_LONGER = 1.25
 """If a step whose rates are rounded should be longer by no more than this, these errors are measured."""
-ACROSS = 2.0**-12
-"""The part of the last term that steps across a place where rates jump change velocities by, at most."""
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 NEARER = 0.5
@@ -93,7 +91,3 @@ class GaussRadauLengths(GaussRadauSizes):
         smooth: float = SMOOTH * (LAST_TERM / self._last_term) ** (2 / TERMS)
         factor: float = (smooth / ROUNDED) ** BETWEEN
         return ROUNDED * factor
-
-    @property
-    def close(self) -> float:
-        return ACROSS * self._last_term

@@ -14,9 +14,9 @@ EVALUATIONS, STALLED, SPAN, PATH, LONGEST, ROUNDED = range(CARRIED_COUNT, CARRIE
 what tells whether the motion is stuck (``stalling``), and whether rounding errors of rates are known
 (``rates.noise``)."""
 
-LATER, TRIED = EVALUATIONS + 1, EVALUATIONS + 2
-"""Beside the length that is chosen: the largest acceleration a little later, of what rests without any; and
-the length that is tried, where forces may cancel at rest."""
+LATER, TRIED, WITHIN = range(EVALUATIONS + 1, EVALUATIONS + 4)
+"""Beside the length that is chosen: the largest acceleration a little later, of what rests without any; the
+length that is tried, where forces may cancel at rest; and up to where what guards look at is known."""
 
 
 def span_of(layout: StateLayout) -> int:

@@ -17,7 +17,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.nodes import RatesAtNodes
 from lagrange_cli.native.rates.noise import RateNoise
-from lagrange_cli.native.rates.places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, TRIED, Places
+from lagrange_cli.native.rates.places import EVALUATIONS, HEAD, HEADER, LENGTH, LONGEST, NEXT, TRIED, Places
 from lagrange_cli.native.rates.stalling import Stalling
 from lagrange_cli.native.rates.watching import Watching, watched_rows
 from lagrange_cli.native.state import Clock, StateLayout
@@ -35,8 +35,6 @@ LONGER, APART = 16.0, 0.125
 """By what factor at most, and by which one where rates are not finite."""
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
 STRAIGHT = 3
-STOPPED = 64.0
-"""Friction has stopped a vector that is so many times as large as what the tolerance allows velocities."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +78,9 @@ class RateSteps(RatesAtNodes):
         self.watching = None
         if self.guards:
             assert given.guards
-            self.guards = replace(self.guards, interpolated=True, close=self.close)
-            self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
+            longest = layout.carried_at + LONGEST
+            self.guards = replace(self.guards, interpolated=True, tolerance=given.tolerance, longest=longest)
+            self.watching = Watching(self, places, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
         made = [*self.acceptance(), *self.helpers(), self.rounding.function(), self._tried(), self._carry()]
@@ -114,11 +113,6 @@ class RateSteps(RatesAtNodes):
     def helpers(self) -> list[Function]:
         """Functions of its own."""
         return []
-
-    @property
-    def close(self) -> float:
-        """The part of velocities that is the error of steps across a place where friction jumps."""
-        return STOPPED * self.given.tolerance
 
     def begin(self, f: Function, first: Bit, h: Real) -> Real:
         """Prepare for the trials of a step, perhaps the ``first`` one of a motion. The length to begin with,

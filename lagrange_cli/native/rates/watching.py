@@ -15,9 +15,11 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.nodes import RatesAtNodes
-from lagrange_cli.native.rates.places import HEAD
+from lagrange_cli.native.rates.places import HEAD, WITHIN, Places
+from lagrange_cli.native.rates.reversals import Reversals, parts_of
 from lagrange_cli.native.stepping.polynomial import polynomial, weighed
 from lagrange_cli.native.stepping.roots import NONE, points_of
+from lagrange_cli.native.stepping.stopping import sliding
 from lagrange_cli.native.stepping.sums import CHAINS
 
 CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
@@ -39,10 +41,12 @@ AT_ONCE = 2.0**-36
 
 
 def watched_rows(guards: GuardRows) -> tuple[int, ...]:
-    """The rows of the state whose rates guards look at: their arguments, and multipliers."""
+    """The rows of the state whose rates guards look at: arguments, multipliers, and parts of vectors."""
     rows = {*range(guards.first, guards.first + guards.arguments)}
     for one in guards.guards:
         rows |= {one.row} | ({one.multiplier} if one.multiplier else set())
+    for j in sliding(guards):
+        rows |= {*parts_of(guards.guards[j])}
     return tuple(sorted(rows))
 
 
@@ -63,25 +67,25 @@ def terms_of(points: list[float]) -> list[list[float]]:
 
 
 class Watching:
-    """Writes the functions that look for roots of polynomials of a ``degree``. The rates where the step
-    begins are in ``%work`` from ``begin`` on, and there is room from ``values`` on."""
+    """Writes the functions that look for roots of polynomials of a ``degree``, with what is ``at`` its places
+    in ``%work``."""
 
-    def __init__(
-        self, steps: RatesAtNodes, begin: int, values: int, rows: tuple[int, ...], degree: int
-    ) -> None:
-        self.steps, self.begin, self.values = steps, begin, values
+    def __init__(self, steps: RatesAtNodes, at: Places, rows: tuple[int, ...], degree: int) -> None:
+        self.steps, self.begin, self.values, self.within = steps, at.begin, at.values, at.chosen + WITHIN
         self.rows, self.degree = rows, degree
         self.points = points_of(degree)
+        assert steps.guards
+        self.reversals = Reversals(steps.guards.rows, steps.state, at.values, rows, self.points)
 
     def tables(self) -> list[str]:
         """The rows, and the points."""
         listed = ", ".join(f"double {operand(literal(x))}" for x in self.points)
         points = f"@points = private constant [{len(self.points)} x double] [{listed}]\n"
-        return [table("watched", self.rows), points]
+        return [table("watched", self.rows), points, *self.reversals.tables()]
 
     def functions(self) -> list[Function]:
         """The functions."""
-        return [self._watch(), self._located()]
+        return [*self.reversals.functions(), self._watch(), self._located()]
 
     def watch(self, f: Function, h: Real) -> None:
         """A call of ``@watch``."""
@@ -127,6 +131,7 @@ class Watching:
                 row = f.load_integer("@watched", j)
                 f.store(f.load(rates, row - degrees), "%work", n * count + j + self.values)
         steps.spend(f, f.constant(float(self.degree)))
+        f.store(self.reversals.call(f, h), "%work", self.within)
         inverse = f.constant(1.0) / h
         with f.loop(0, count, tested=False) as j:
             values = [f.load("%work", j + (self.values + n * count)) for n in range(self.degree + 1)]
@@ -157,9 +162,11 @@ class Watching:
         unit, none, length = f.constant(1.0), f.constant(NONE), f.variable(Real(f, "%h"))
         with f.section() as sure, f.loop(0, DOUBTS, tested=False):
             root, which, known = guards.first(f, length.get(), unit)
-            with f.when((root >= 0.0) & ((root < none) | (known >= length.get()))):
+            within = f.load("%work", self.within)
+            with f.when((root >= 0.0) & ((root < none) | (known >= length.get())) & (within >= length.get())):
                 sure.leave()
-            length.set(f.select(root < 0.0, length.get() * NEARER, known))
+            shorter = f.select(root < 0.0, length.get() * NEARER, known)
+            length.set(f.select(within < length.get(), within, shorter))
             with f.when(~(steps.retried(f, length.get()) > 0.0)):
                 f.give(none, which, length.get())
         h = length.get()

@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
-from lagrange_cli.native.stepping.stopping import first_stopped
+from lagrange_cli.native.stepping.stopping import Searched, first_reached, first_stopped, sliding
 from lagrange_cli.records import dataclass
 
 NO_GUARD = -1
@@ -49,8 +49,10 @@ class GuardSearch:
     """Where records are, behind ``%trial``."""
     interpolated: bool = False
     """Whether arguments are polynomials through values of theirs, instead of series."""
-    close: float = 0.0
-    """Up to this part of velocities friction stops a vector, where steps would have errors as large."""
+    tolerance: float = 0.0
+    """That of steps on rates."""
+    longest: int = 0
+    """Where in the state the longest one so far is."""
     near: NearPlaces | None = None
     """Where ``%work`` tells which guards that are side by side have series in this step, if others have none
     (``native.families.nearness``)."""
@@ -158,7 +160,7 @@ class GuardSearch:
             if rows.events:
                 self._pass_jump(f, j, fresh)
             mode = f.load("%state", j + rows.mode(layout))
-            with f.when(~mode.equals(0.0)):
+            with f.when(~mode.equals(0.0) & self._has_roots(f, j)):
                 row = f.load_integer("@guard_rows", j)
                 look(self.lengths.place(f, row), f.constant(0.0), mode, fresh, j)
                 if self._rooted:
@@ -170,24 +172,28 @@ class GuardSearch:
                     )
                     with f.when(leaving & ~roots.equals(0) & ~free):
                         reach.set(f.smaller(reach.get(), u / (rate + rate) * RADIUS))
-            with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
+            with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.HOLD)):
                 self._look_at_multiplier(f, j, look)
             with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):
                 row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
-        close = max(self.close, STOPPED[self.layout.parts - 1])
-        guards = rows, layout, self.lengths
-        first_stopped(f, guards, close, earliest, which, interpolated=self.interpolated)
-        for k, guard in enumerate(rows.guards):
-            if guard.parts and guard.multiplier and not guard.alone:
-                with f.when(self._stopped(f, k)):
-                    earliest.set(f.constant(0.0))
-                    which.set(f.count(k))
+        searched = Searched(rows, self.lengths, layout, STOPPED[layout.parts - 1])
+        if self.interpolated:
+            first_reached(searched, f, self.tolerance, self.longest, earliest, which)
+        else:
+            first_stopped(searched, f, earliest, which)
         # a later guard's argument may be known for less of the step than to an earlier one's root
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
         return f
+
+    def _has_roots(self, f: Function, j: Integer) -> Bit:
+        """Whether a guard's argument is looked at for roots: the lengths of vectors that friction acts along
+        are no polynomials where these turn round, unless they are known by series."""
+        if not (self.interpolated and sliding(self.rows)):
+            return Bit(f, "true")
+        return f.load_integer("@guard_vectors", j).equals(0)
 
     @contextmanager
     def _suspects(self, f: Function, reach: Variable[Real]) -> Iterator[Integer]:
@@ -268,25 +274,6 @@ class GuardSearch:
             side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
             for row in (above, below):
                 look(row, f.constant(0.0), side, seen, j)
-
-    def _stopped(self, f: Function, k: int) -> Bit:
-        """Whether a vector that friction acts along is 0 but for errors of its velocities, and becomes
-        shorter: no step comes nearer to where it is 0."""
-        guard, lengths = self.rows.guards[k], self.lengths
-        speeds = [f.magnitude(f.load("%state", self.layout.degrees + i)) for i in guard.pivots]
-        rows = [lengths.place(f, f.count(guard.beside + i)) for i in range(guard.parts)]
-        parts = [f.magnitude(f.load(row, lengths.term)) for row in rows]
-        near = reduce(f.larger, parts) <= reduce(f.larger, speeds) * max(
-            self.close, STOPPED[self.layout.parts - 1]
-        )
-        row = lengths.place(f, f.count(guard.row))
-        change = f.load(row, 2 * lengths.term)
-        if self.interpolated:  # rates of values that are rounded are nothing: what is it where the step ends?
-            change = f.constant(0.0)
-            for m in reversed(range(2, lengths.order)):
-                change = f.fused(change, Real(f, "%h"), f.load(row, m * lengths.term) * float(m))
-        slides = f.load("%state", k + self.rows.mode(self.layout)) > 0.0
-        return slides & (change <= 0.0) & near
 
     def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
         """Change the side of an event whose argument is on the other one, but not because it was 0: it has

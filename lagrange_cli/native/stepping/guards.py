@@ -59,7 +59,7 @@ class GuardCode(GuardSearch):
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
-            *stopping_tables(self.rows),
+            *stopping_tables(self.rows, interpolated=self.interpolated),
             *([table("guard_roots", self._roots)] if self._rooted else []),
             *(
                 [table("guard_steep", [int(one.steep) for one in guards])]
