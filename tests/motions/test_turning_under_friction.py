@@ -139,6 +139,34 @@ def test_two_pucks_that_turn_round_soon_after_one_another(method: str, tolerance
             assert np.max(np.abs(motion[f"q/{name}"] - exact[f"q/{name}"])) < 3 * BOUNDS[coarse]
 
 
+SEVERAL = """
+sizes: {N: 1}
+parameters: {k: 30, limit: 2.943}
+coordinates: {"x[i in range(N)]": {initial: 1.0}, "y[i in range(N)]": {initial: 0.5}}
+masses: {"p[i in range(N)]": 1}
+positions: {"p[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum(k*(x[i]**2 + y[i]**2)/2 for i in range(N))
+dissipation: sum(limit*norm((p[i].vx, p[i].vy)) for i in range(N))
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("count", [2, 3, 7, 20])
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("taylor", 2.0**-52), ("ias15", 2.0**-52), ("DOP853", 1e-9)]
+)
+def test_bodies_that_turn_round_at_the_same_time(method: str, tolerance: float, count: int) -> None:
+    """Then nothing moves, and no velocity tells what is none."""
+    sets = {f"{q}[{i}]": one for i in range(count) for q, one in (("x", 0.8), ("y", 0.6))}
+    motion = follow(
+        SEVERAL.replace("N: 1", f"N: {count}"), 2.0, 21, method=method, tolerance=tolerance, sets=sets
+    )
+    assert motion.outcome.ending is Ending.COMPLETE
+    expected = half_cycles(motion.t, 1.0, 30.0, 2.943)
+    for name, part in (("x", 0.8), ("y", 0.6)):
+        assert np.max(np.abs(motion[f"q/{name}"].T - part * expected)) < BOUNDS[method, tolerance]
+
+
 def test_friction_reverses_while_another_body_begins_to_slide() -> None:
     """Three bodies on a line: the second one turns round 4 ms after the first."""
     masses, limits = (0.6407893801613523, 0.5425212147830094, 1.7536476558798046), (

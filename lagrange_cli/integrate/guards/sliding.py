@@ -26,8 +26,8 @@ EXACT = 2
 """How often a velocity that is 0 up to rounding is set to 0."""
 TOGETHER = 2.0**-16
 """Vectors of which so much is left where steps on rates have taken one to 0 become 0 with it."""
-FEW = 4.0
-"""A velocity of so many rounding errors may be 0."""
+FEW, SAME_TIME = 4.0, 16.0
+"""A velocity of so many rounding errors may be 0; and times are one that differ by so many times as much."""
 
 
 class Sliding(Drag):
@@ -44,20 +44,33 @@ class Sliding(Drag):
 
     def stops(self) -> bool:
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
-        self._series()
-        soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
         vectors = self.vectors()
-        u, rate = self._coefficients_of_arguments()[vectors, :2].T
+        u, rate = self._lengths(vectors)
+        soon = self._size_of_time * SOON
         due = (u <= self._rounding_of_speeds) | ((rate < 0.0) & (u > 0.0) & (u <= -rate * soon))
         for j in np.array(vectors)[due & (self.modes[vectors] != 0.0)].tolist():
             return self.slide_or_hold(j)
         return self.turns()
 
+    def _lengths(self, vectors: Sequence[int]) -> Array:
+        """The lengths of vectors, and their rates."""
+        self._series()
+        found: Array = self._coefficients_of_arguments()[vectors, :2].T
+        return found
+
+    @property
+    def _size_of_time(self) -> float:
+        return max(abs(float(self.memory[self._layout.time])), SMALLEST)
+
     @property
     def _rounding_of_speeds(self) -> float:
         """How large a velocity may be that is 0 but for rounding."""
-        unit = ROUNDED_OFF[self.machine.program.parts - 1]
-        return FEW * unit * float(np.max(np.abs(self.memory[self._own])))
+        return self._unit * float(np.max(np.abs(self.memory[self._own])))
+
+    @property
+    def _unit(self) -> float:
+        """What rounding takes from a number, or adds to it, as part of it, at most."""
+        return FEW * ROUNDED_OFF[self.machine.program.parts - 1]
 
     def slide_or_hold(self, j: int) -> bool:
         """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
@@ -65,8 +78,12 @@ class Sliding(Drag):
         before, reached = self.memory.copy(), self.modes[j] == 0.0
         self.begin_steps()
         vectors, least = self.vectors(), np.zeros(1)
+        if self.modes[vectors].any():  # all may come to rest now, so that no speed tells what is none
+            same_time = self._size_of_time * self._unit * SAME_TIME
+            least = np.nan_to_num(np.abs(self._lengths(vectors)[1]) * same_time, posinf=0.0)
+            least[self.modes[vectors] == 0.0] = 0.0
         if not reached and self.machine.program.carried:
-            least = self._sizes(vectors) * TOGETHER
+            least = np.fmax(least, self._sizes(vectors) * TOGETHER)
             self._move_to_zero(j)
         self._stop(j)
         self.modes[j] = 0.0
