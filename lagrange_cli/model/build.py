@@ -10,7 +10,6 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.constraints import built_constraints
 from lagrange_cli.model.forces.law import Action
 from lagrange_cli.model.model import Event, Model, Particle
-from lagrange_cli.model.rigid_body import carriers
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Spec
@@ -42,7 +41,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
                 Particle(name, mass, scope.values[name], velocity, action.on_particles.get(name, ()))
                 for name, mass, velocity in masses
             ),
-            *(one for name in spec.bodies for one in carriers(scope, name, action.torques.get(name, ()))),
+            *rotating(scope, action),
             *(
                 Particle(name, zero, (scope.replaced[name],), (scope.values[velocity_name(name)],), (force,))
                 for name, force in action.generalized.items()
@@ -61,6 +60,15 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         spec=spec,
         replaced=scope.replaced,
     )
+
+
+def rotating(scope: Scope[E], action: Action[E]) -> list[Particle[E]]:
+    """The particles that stand for the rotation of bodies."""
+    if not scope.spec.bodies:
+        return []
+    from lagrange_cli.model.rigid_body import carriers
+
+    return [one for name in scope.spec.bodies for one in carriers(scope, name, action.torques.get(name, ()))]
 
 
 def built_events(scope: Scope[E]) -> Iterator[Event[E]]:

@@ -27,12 +27,19 @@ from lagrange_cli.model.quantity import (
     shown,
     total,
 )
-from lagrange_cli.model.surveyed import alike, with_multipliers
 from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import by_name, firsts_of, groups_by_name, parted, written_by_family
+from lagrange_cli.spec.content import (
+    by_name,
+    firsts_of,
+    groups_by_name,
+    parted,
+    statements,
+    written_by_family,
+)
+from lagrange_cli.spec.order import leading_to
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
@@ -306,3 +313,21 @@ class Survey:
 def itself(expression: Expression) -> Expression:
     """What is an expression by itself."""
     return expression
+
+
+def with_multipliers(spec: Spec) -> list[str]:
+    """The definitions that contain multipliers, or what does: energies and constraints do not use them."""
+    uses: dict[str, set[str]] = {}
+    for name, group in groups_by_name(spec.definitions).items():
+        used = [one.identifier for written in statements(group) for one in names(written.tree)]
+        uses[name] = {MULTIPLIER if one.endswith(f".{MULTIPLIER}") else one.partition(".")[0] for one in used}
+    return leading_to(uses, [MULTIPLIER])
+
+
+def alike(coordinates: list[Coordinate]) -> list[Coordinate]:
+    """One coordinate of each that is written, as members of a family share expressions."""
+    found: dict[tuple[object, ...], Coordinate] = {}
+    for one in coordinates:
+        trees = (None if given is None else id(given.tree) for given in (one.initial, one.velocity))
+        found.setdefault((one.unit, *trees), one)
+    return list(found.values())

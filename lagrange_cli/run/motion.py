@@ -61,6 +61,8 @@ class Motion:
         """The reason in the system for the end of the motion, if it could not go on."""
         from lagrange_cli.integrate.ending import Ending
 
+        if end.ending is Ending.COMPLETE:
+            return None
         if self.spec.bodies:
             from lagrange_cli.run.singular import singular_angles
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import origin, units_of
-from lagrange_cli.run.doubtful import tell_dissipation
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.motion import Motion, Ready, follow, initial_state, prepare_all
 from lagrange_cli.run.prepare import prepare_run
@@ -104,7 +103,10 @@ def integrate_and_write(
         if stream is None:
             layout.check_size(ready.times.count)
     tell_empty(ready.motion.spec, ready.motion.settings, monitor.tell)
-    tell_dissipation(ready.motion.spec, ready.motion.values.parameters, monitor.tell)
+    if ready.motion.spec.forces.get("dissipation"):
+        from lagrange_cli.run.doubtful import tell_dissipation
+
+        tell_dissipation(ready.motion.spec, ready.motion.values.parameters, monitor.tell)
     if request.format == CSV:
         from lagrange_cli.run.tabulate import tabulate
 

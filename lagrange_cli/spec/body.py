@@ -20,6 +20,10 @@ class Inertia:
     entries: tuple[Expression, ...]
     place: Place
 
+    @property
+    def in_structure(self) -> tuple[object, ...]:
+        return self.solid, self.entries
+
     def member(self, indices: Mapping[str, int]) -> Inertia:
         """That of a member of a family."""
         return replace(self, entries=tuple(replace(one, indices=indices) for one in self.entries))
@@ -35,6 +39,10 @@ class Orientation:
     entries: tuple[Expression, ...]
     place: Place
 
+    @property
+    def in_structure(self) -> tuple[object, ...]:
+        return self.form, self.sequence, self.entries
+
     def member(self, indices: Mapping[str, int]) -> Orientation:
         """That of a member of a family."""
         return replace(self, entries=tuple(replace(one, indices=indices) for one in self.entries))
@@ -48,6 +56,10 @@ class Body:
     inertia: Inertia
     orientation: Orientation
     place: Place
+
+    @property
+    def in_structure(self) -> tuple[object, ...]:
+        return self.inertia, self.orientation
 
     @property
     def expressions(self) -> tuple[Expression, ...]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.body import Body
 from lagrange_cli.spec.content import (
     by_name,
     firsts,
@@ -34,6 +33,7 @@ from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Sp
 from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
+    from lagrange_cli.spec.body import Body
     from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.syntax import Key, Span
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.body import Inertia, Orientation
 from lagrange_cli.spec.source import Passage, Place
 from lagrange_cli.spec.spec import Expression, Family
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.number_table import NumberTable
+    from lagrange_cli.spec.body import Inertia, Orientation
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.syntax import has_decimals, names
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.body import Body
 from lagrange_cli.spec.content import bases_of, firsts_of, groups_by_name, written
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Expression as Expression
@@ -16,6 +15,7 @@ from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.number_table import NumberTable
+    from lagrange_cli.spec.body import Body
     from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 

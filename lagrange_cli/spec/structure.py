@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.spec.body import Body, Inertia, Orientation
 from lagrange_cli.spec.content import groups_by_name, groups_of
 from lagrange_cli.spec.spec import Expression, Family, Spec
 from lagrange_cli.spec.whole import WrittenFamily
@@ -52,12 +51,6 @@ def plain(value: object) -> Any:
     parts = getattr(value, "in_structure", None)
     if parts is not None:
         return plain(parts)
-    if isinstance(value, Inertia):
-        return [value.solid, plain(value.entries)]
-    if isinstance(value, Orientation):
-        return [value.form, value.sequence, plain(value.entries)]
-    if isinstance(value, Body):
-        return [plain(value.inertia), plain(value.orientation)]
     if isinstance(value, WrittenFamily):
         parts = [[plain(one.item), one.indices, [ends(x) for x in one.ranges]] for one in value.parts]
         return [parts, value.order]

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.body import Body, Inertia
 from lagrange_cli.spec.content import groups_by_name, groups_of, named_alike
 from lagrange_cli.spec.evaluation import Evaluation
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Coordinate, Expression, Spec
 from lagrange_cli.spec.whole import Part, WrittenFamily
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.body import Body, Inertia
 
 
 @dataclass(frozen=True)

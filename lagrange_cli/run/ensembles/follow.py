@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.doubtful import tell_dissipation
 from lagrange_cli.run.ensembles.contents import told
 from lagrange_cli.run.ensembles.ensemble import Ensemble, alone
 from lagrange_cli.run.ensembles.files import EnsembleFile
@@ -66,7 +65,10 @@ def follow_and_write(
     ensemble = groups[0].ensemble
     units = units_of(ensemble.spec, monitor.tell)
     tell_empty(ensemble.spec, ensemble.settings, monitor.tell)
-    tell_dissipation(ensemble.spec, ensemble.values.of(0).parameters, monitor.tell)
+    if ensemble.spec.forces.get("dissipation"):
+        from lagrange_cli.run.doubtful import tell_dissipation
+
+        tell_dissipation(ensemble.spec, ensemble.values.of(0).parameters, monitor.tell)
     progress, stage = monitor.progress(), monitor.stage
     with monitor.interrupts() as interrupted:
         with stage("write"):
