@@ -103,7 +103,7 @@ def checker_of(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> _C
         if families > 1 and dependency_order(uses_of(groups))[1]:
             from lagrange_cli.spec.turns import with_turns
 
-            draft, found = with_turns(draft, sections, sizes)
+            draft, found = with_turns(draft, sections, sizes, problems)
             as_written |= found
     names = enter_names(draft, sizes, problems)
     if as_written:

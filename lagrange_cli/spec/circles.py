@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any, TypeAlias
 
 from lagrange_cli.expression.indices import Indices, counted, holds, integer, known_indices
 from lagrange_cli.expression.syntax import Call, ExpressionError, Lookup, Name, Sum, Tree, children
 from lagrange_cli.expression.vocabulary import family_name, member_name
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import statements
 from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.kinds import Kind, called
-from lagrange_cli.spec.order import AXES, Needs, chain, expression_of, on_demand, value_of
+from lagrange_cli.spec.order import AXES, Needs, expression_of, on_demand, value_of
+from lagrange_cli.spec.order import chain as shown
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.whole import WrittenFamily
@@ -98,6 +101,12 @@ def branches(tree: Tree, indices: Indices) -> tuple[Tree, ...]:
         return tree.arguments
 
 
+def are_sound(groups: Iterable[Group], problems: Problems) -> bool:
+    """Whether nothing wrong has been found in what is written of some groups."""
+    items = chain.from_iterable(map(statements, groups))
+    return all(problems.trusts(one.tree) for item in items for one in item.expressions)
+
+
 def written_in(item: Written) -> Expression:
     """What an item is. Raises ``Unsuited`` where it could not be read, or is given by a list."""
     value = expression_of(item)
@@ -120,9 +129,12 @@ class Circles:
         cycle = [one.removesuffix(AXES) for one in cycle]
         bases = {*map(family_name, cycle)}
         families, found = len(bases) > 1 and all(map(self._is_family, bases)), list[str]()
-        if families or not bases.isdisjoint(self.in_turn):
+        turns = bases <= {*self.in_turn}  # these were sound when they were rewritten
+        if families and not turns and not are_sound(map(self.groups.__getitem__, bases), problems):
+            return  # they may only take turns, once their mistakes are corrected
+        if turns or families:
             try:
-                found = self.among_members(self.in_turn if bases <= {*self.in_turn} else [*bases])
+                found = self.among_members(self.in_turn if turns else [*bases])
             except Missing as missing:
                 where = called(missing.item, self.kinds[family_name(missing.item.name)])
                 problems.add_expression(value_of(missing.item), missing.error, where)
@@ -138,7 +150,7 @@ class Circles:
         first: Any = self.groups[base]
         if self._is_family(base):
             first = first.named(cycle[0]) or first[0]
-        message = f"{called(first, self.kinds[base])} depends on itself: {chain(cycle)}"
+        message = f"{called(first, self.kinds[base])} depends on itself: {shown(cycle)}"
         problems.add_once(first.place, message, hint)
 
     def _is_family(self, name: str) -> bool:

@@ -243,10 +243,10 @@ class Meanings:
             return value
         if component in BODY_COMPONENTS:
             return scalar()
-        known = COMPONENTS + VELOCITY_COMPONENTS
-        if component not in known or known.index(component) % 3 >= len(value):
+        known, parts = COMPONENTS + VELOCITY_COMPONENTS, value if isinstance(value, tuple) else ()
+        if component not in known or known.index(component) % 3 >= len(parts):
             raise Unsound  # not checked, as another member of the family is wrong
-        return value[known.index(component) % 3]
+        return parts[known.index(component) % 3]
 
     def alike(self, name: str) -> Any:
         """The largest bounds of the members of a family, none of which is a number; None where one is, or is

@@ -32,11 +32,12 @@ from lagrange_cli.expression.syntax import (
 )
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.records import replace
-from lagrange_cli.spec.circles import Group, Groups, Missing, Unsuited, Uses, written_in
+from lagrange_cli.spec.circles import Group, Groups, Missing, Unsuited, Uses, are_sound, written_in
 from lagrange_cli.spec.content import groups_of, in_order, statements
 from lagrange_cli.spec.draft import Declared, Draft, Written, WrittenBody
 from lagrange_cli.spec.members import indices_of
 from lagrange_cli.spec.order import bases_in, dependency_order, uses_of
+from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.recurrence import within
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
@@ -46,9 +47,11 @@ MOST = 50
 """The most names that may follow from one another."""
 
 
-def with_turns(draft: Draft, sections: tuple[str, ...], sizes: Indices) -> tuple[Draft, dict[str, Group]]:
+def with_turns(
+    draft: Draft, sections: tuple[str, ...], sizes: Indices, problems: Problems
+) -> tuple[Draft, dict[str, Group]]:
     """The draft without families of these sections that follow from one another in turn, and what these
-    are as the file has them, by name. Where that is not possible, they remain."""
+    are as the file has them, by name. Where that is not possible, or they have mistakes, they remain."""
     section_of, groups = dict[str, str](), dict[str, Group]()
     for key in sections:
         for one in groups_of(draft.sections.get(key, ())):
@@ -57,6 +60,8 @@ def with_turns(draft: Draft, sections: tuple[str, ...], sizes: Indices) -> tuple
             section_of[one.name], groups[one.name] = key, one
     found, as_written = dict(draft.sections), dict[str, Group]()
     for circle in circles_of(uses_of(groups)):
+        if not groups.keys() >= {*circle} or not are_sound(map(groups.__getitem__, circle), problems):
+            return draft, {}
         changed = reduced(circle, groups, sizes)
         if changed is None:
             return draft, {}
@@ -69,8 +74,6 @@ def with_turns(draft: Draft, sections: tuple[str, ...], sizes: Indices) -> tuple
 def reduced(circle: list[str], groups: Groups, sizes: Indices) -> Group | None:
     """One of the groups that follow from one another, as it follows from itself alone: the others, which must
     not follow from themselves without it, are eliminated. None where there is none."""
-    if not groups.keys() >= {*circle}:
-        return None
     uses = {one: bases_in(*statements(groups[one])).intersection(circle) for one in circle}
     for one in sorted(circle, key=lambda name: -len(parts_of(groups[name]))):
         others = {name: used - {one} for name, used in uses.items() if name != one}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.model.quantity import UNKNOWN
 from lagrange_cli.model.scope import Scope
@@ -168,6 +170,45 @@ def test_units_of_places_that_take_turns() -> None:
 def test_large_families_are_not_looked_at_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(circles, "MOST", 10)
     assert read_spec(LEGS, "file", {"N": "20000"}).order == ("knee", "foot")
+
+
+PIECES = (
+    "foot[i]", "knee[i - 1]", "[i + 1]", "i", "N", "+", "*", "(", ")", "[", "]", ".x", ".vx", "where(i > 0, ",
+    "sum(", " for k in range(i))", " for k in range())", ", ", "0", "foot", "range(N)", "%", " ",
+)  # fmt: skip
+
+
+@given(data=st.data())
+@examples(60)
+def test_whatever_is_written_is_read_or_refused(data: st.DataObject) -> None:
+    text = LEGS
+    for _ in range(data.draw(st.integers(1, 3))):
+        at, end = (data.draw(st.integers(LEGS.index("positions"), len(LEGS))) for _ in range(2))
+        text = (
+            text[:at]
+            + data.draw(st.sampled_from(("", *PIECES, LEGS[end : end + 12])))
+            + text[max(at, end - 8) :]
+        )
+    with suppress(SpecError):
+        read_spec(text, "file")
+
+
+def test_a_range_without_bounds_is_all_that_is_wrong() -> None:
+    text = LEGS.replace("foot[i - 1] +", "foot[i - 1] + sum(foot[k] for k in range())*0 +")
+    (problem,) = problems(text)
+    assert "range" in problem.message
+
+
+def test_a_component_of_numbers_is_no_fault_of_the_program() -> None:
+    """One that is not looked at, as another member is wrong."""
+    text = """
+definitions:
+  u[i in range(4)]: v[i] + 1
+  v[0]: u[0]
+  v[i in range(1, 4)]: u[i - 1] + w[i]
+  w[i in range(4)]: where(i > 1, u[i].x, q)
+"""
+    assert problems(text + REST)
 
 
 def in_legs(old: str, new: str) -> Callable[[], str]:
