@@ -193,7 +193,7 @@ MUTATIONS = {
     ),
     "the order of coordinates in bands": Mutation(
         "native/rates/implicit.py", 'f.load_integer("@coupled", p) if self.coupling.places else p', "p",
-        ("-m", "exhaustive", "tests/families/test_coupling.py"),
+        ("tests/families/test_coupling.py",),
     ),
     "where derivatives belong is carried": Mutation(
         "native/rates/implicit.py", 'f.copy_rows(("%work", point), ("%state", carried)',
