@@ -108,10 +108,8 @@ def checker_of(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> _C
     names = enter_names(draft, sizes, problems)
     if as_written:
         before, checked = len(problems.found), names.copy()
-        for name, one in names.table.items():
-            checked.table[name] = replace(
-                one, kinds=one.kinds - {one.what}
-            )  # definitions are not settled yet
+        for name, one in names.table.items():  # definitions are not settled yet
+            checked.table[name] = replace(one, kinds=one.kinds - {one.what})
         for name, group in as_written.items():
             what = names.table[name].what
             for item in firsts(group):

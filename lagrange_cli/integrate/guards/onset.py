@@ -21,6 +21,8 @@ from lagrange_cli.native.guards import HELD
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
 
 SOON = 2.0**-30
@@ -104,6 +106,10 @@ class Onset(Leading):
         return np.concatenate(
             [self._coefficients_of(one.beside, one.beside + one.parts)[:, 0] for one in guards]
         )
+
+    def _first_parts(self, vectors: Sequence[int]) -> NDArray[np.intp]:
+        """Where each of these vectors begins among their parts."""
+        return np.cumsum([0, *(self._rows.guards[j].parts for j in vectors[:-1])], dtype=np.intp)
 
     @cached_property
     def _apart(self) -> bool:
@@ -292,8 +298,8 @@ class Onset(Leading):
         """Whether none of the vectors, whose parts were ``begins``, has turned round: friction would."""
         if not vectors:
             return True
-        first = np.cumsum([0, *(self._rows.guards[j].parts for j in vectors[:-1])])
-        return bool(np.all(np.add.reduceat(self._parts(*vectors) * begins, first) > 0.0))
+        along = np.add.reduceat(self._parts(*vectors) * begins, self._first_parts(vectors))
+        return bool(np.all(along > 0.0))
 
     def _on_their_sides(self) -> bool:
         """Whether arguments have the signs of their modes."""

@@ -105,8 +105,7 @@ class Sliding(Drag):
 
     def _sizes(self, vectors: Sequence[int]) -> Array:
         """The largest part of each vector."""
-        first = np.cumsum([0, *(self._rows.guards[k].parts for k in vectors[:-1])])
-        found: Array = np.maximum.reduceat(np.abs(self._parts(*vectors)), first)
+        found: Array = np.maximum.reduceat(np.abs(self._parts(*vectors)), self._first_parts(vectors))
         return found
 
     def _move_to_limit(self, j: int) -> None:
