@@ -45,9 +45,9 @@ class Evaluation:
         self.texts: dict[str, str] = {}
         self.overrides: dict[str, Tree] = {}
         if overrides:
-            from lagrange_cli.spec.settable import parsed, settable
+            from lagrange_cli.spec.settable import named_once, parsed
 
-            self.texts = {settable(spec, x, f"--set {x}={text}"): text for x, text in overrides.items()}
+            self.texts = named_once(spec, overrides)
             self.overrides = {name: parsed(spec, name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""

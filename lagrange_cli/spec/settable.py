@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.confusions import rate_of, romanized
@@ -45,6 +45,20 @@ def settable(spec: Spec, name: str, asked: str) -> str:
     if found not in parameters and found not in coordinates and moved_by(found) not in coordinates:
         known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
         raise UsageError(f"{asked}: {unsettable(spec, found, asked.partition('=')[2], known)}")
+    return found
+
+
+def named_once(spec: Spec, overrides: Mapping[str, str]) -> dict[str, str]:
+    """The texts of ``--set`` by the names of the spec, each of which has one.
+
+    Raises ``UsageError`` for a name that cannot be set, and for a member that is named in two ways."""
+    found: dict[str, str] = {}
+    for name, text in overrides.items():
+        asked = f"--set {name}={text}"
+        known = settable(spec, name, asked)
+        if known in found:
+            raise UsageError(f"{asked}: '{known}' is given twice, as {found[known]} and as {text}: leave one out")
+        found[known] = text
     return found
 
 

@@ -77,8 +77,14 @@ def between(bounds: click.FloatRange | click.IntRange) -> str:
 def parse_overrides(
     context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
 ) -> dict[str, str]:
-    """``("m=1", "theta=pi/2")`` as a mapping; the last of several values for one name holds."""
-    return dict(parse_pairs(context, parameter, pairs))
+    """``("m=1", "theta=pi/2")`` as a mapping, in which each name has one value."""
+    found: dict[str, str] = {}
+    for name, value in parse_pairs(context, parameter, pairs):
+        if name in found:
+            message = f"'{name}' is given twice, as {found[name]} and as {value}: leave one out"
+            raise click.BadParameter(message, context, parameter)
+        found[name] = value
+    return found
 
 
 EXAMPLES = {
