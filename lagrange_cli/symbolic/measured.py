@@ -11,6 +11,7 @@ import mpmath
 import numpy as np
 
 from lagrange_cli.expression.algebra import Decided
+from lagrange_cli.mechanics.switching.saturation import GROWING
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.inverses import nearly_inverse, refined
 
@@ -74,7 +75,10 @@ def real(one: Measured) -> Any:
 
 
 class MeasuredAlgebra(Decided):
-    """``Algebra[Measured]`` over mpmath's numbers."""
+    """``Algebra[Measured]`` over mpmath's numbers. Exponentials grow up to arguments of ``bound`` only."""
+
+    def __init__(self, bound: float | None = None) -> None:
+        self.bound = bound
 
     def number(self, text: str) -> Measured:
         value = mpmath.mpf(text.replace("_", ""))
@@ -99,6 +103,9 @@ class MeasuredAlgebra(Decided):
             return Measured(abs(x.value), x.scale)
         if name == "sign":
             return Measured(mpmath.sign(x.value), mpmath.mpf(1))
+        if self.bound is not None and name in GROWING:
+            least = -mpmath.inf if name == "exp" else -self.bound
+            x = Measured(min(max(real(x), least), self.bound), x.scale)
         value = getattr(mpmath, name)(x.value)
         return Measured(value, abs(value) + abs(SLOPES[name](x.value)) * x.scale)
 

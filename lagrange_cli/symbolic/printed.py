@@ -123,9 +123,12 @@ def unreadable(error: ExpressionError) -> UsageError:
     )
 
 
-def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measured]) -> Evaluated:
-    """The values where symbols have the values ``known``."""
-    algebra = MeasuredAlgebra()
+def evaluate(
+    equations: Equations, printed: Printed, known: Mapping[str, Measured], bound: float | None = None
+) -> Evaluated:
+    """The values where symbols have the values ``known``, and exponentials grow up to arguments of ``bound``
+    only."""
+    algebra = MeasuredAlgebra(bound)
 
     def value(tree: Tree) -> Measured:
         result: Measured = build(tree, known.__getitem__, algebra)

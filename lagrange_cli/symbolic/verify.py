@@ -25,6 +25,7 @@ import mpmath
 from lagrange_cli.decimals import scientific
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.mechanics.switching.saturation import LARGE
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.symbolic.direct import Direct
 from lagrange_cli.symbolic.equations import Equations
@@ -150,8 +151,18 @@ def compare(
     if not all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact.all):
         return None
     a, p, h, multipliers, constraints = compiled(list(state.parameters.values()), state.t, state.q, state.v)
-    pairs = zip(exact.all, [float(x) for x in (*a, *multipliers, *p, h, *constraints)], strict=True)
+    numbers = [float(x) for x in (*a, *multipliers, *p, h, *constraints)]
+    pairs = zip(exact.all, numbers, strict=True)
     found = [(COMPILED, name, relative_difference(each, number)) for (name, each), number in pairs]
+    if max((difference for _, _, difference in found), default=0.0) > BOUND:
+        with mpmath.workdps(DIGITS):
+            held = evaluate(equations, printed, known, LARGE)
+        found = [
+            (COMPILED, name, min(difference, faded_difference(each, bounded, number)))
+            for (_, name, difference), (_, each), (_, bounded), number in zip(
+                found, exact.all, held.all, numbers, strict=True
+            )
+        ]
     found += [(WRITTEN, name, relative_difference(each, 0)) for name, each in exact.equations]
     if direct is None:
         return found
@@ -169,6 +180,13 @@ def compare(
         if max(difference for _, _, difference in rest) <= BOUND / 10:
             break
     return found + rest
+
+
+def faded_difference(exact: Measured, bounded: Measured, number: float) -> float:
+    """The difference of a compiled number from what is ``bounded``: exponentials are held where nothing grows
+    with them (``saturation``), so that what fades with them ends there. Infinite where it grows."""
+    fades = abs(exact.value) <= abs(bounded.value) * (1 + BOUND)
+    return relative_difference(bounded, number) if fades else float("inf")
 
 
 def relative_difference(exact: Measured, number: Any) -> float:

@@ -296,6 +296,12 @@ BAD = {
     "two systems with one name": (["pendulum.yaml", PENDULUM], 2, "two of the systems"),
     "set of an unknown name": ([PENDULUM, "--set", "nosuch=1"], 2, "nosuch"),
     "set without a value": ([PENDULUM, "--set", "m"], 2, "NAME=VALUE"),
+    "set twice": ([PENDULUM, "--set", "m=1", "--set", "m=2"], 2, "'m' is given twice, as 1 and as 2"),
+    "a member set twice": (
+        [SYSTEMS / "n_pendulum.yaml", "--set", "theta[N - 1]=1", "--set", "theta[4]=2"],
+        2,
+        "'theta[4]' is given twice, as 1 and as 2",
+    ),
     "set to no number": ([PENDULUM, "--set", "m=nan"], 2, "nan"),
     "a mass of zero": ([PENDULUM, "--set", "m=0"], 2, "mass"),
     "a negative mass": ([PENDULUM, "--set", "m=-1"], 2, "mass"),

@@ -629,9 +629,26 @@ def test_the_length_of_a_quaternion_that_is_no_coordinate_is_refused_in_its_own_
     assert "the length of the quaternion of body 'top' does not depend on any coordinate" in problem.message
 
 
-def test_a_quaternion_that_is_0_is_refused_at_its_place():
-    (problem,) = refused(TOP, w=0.0)
+@pytest.mark.parametrize("scalar", ["w", "-w", "2*w"])
+def test_a_quaternion_that_is_0_is_refused_at_its_place(scalar):
+    """Before, eight states were listed that are equally near, if it is made of expressions."""
+    (problem,) = refused(TOP.replace("[w, x", f"[{scalar}, x"), w=0.0)
     assert (problem.line, "it has no direction" in problem.message) == (3, True)
+
+
+def test_of_many_states_that_are_equally_near_two_are_shown_by_what_tells_them_apart():
+    """Before, all were listed, each by its first coordinates, which may be the same."""
+    text = """
+    coordinates: {a: {initial: 0.6}, b: {initial: 0.6}, c: {initial: 0.6}, x: {}, y: {}}
+    masses: {p: 1}
+    positions: {p: [a + x, b + y, c]}
+    constraints: {a: a - 0.5, b: b - 0.5, c: c - 0.5, x: x**2 + a**2 - 1, y: y**2 + a**2 - 1}
+    """
+    hint = refused(text)[0].hint
+    shown = re.search(r"change to x = (\S+), y = (\S+), a = .* or x = (\S+), y = (\S+), a = .* or one of", hint)
+    assert [abs(float(one)) for one in shown.groups()] == pytest.approx([0.866025] * 4)
+    assert shown.groups()[:2] != shown.groups()[2:]
+    assert hint.endswith("or one of 2 others")
 
 
 def test_a_quaternion_is_normalized_to_many_digits():

@@ -90,6 +90,31 @@ def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink(text):
         assert found.agrees, str(found)
 
 
+FADING = """
+parameters: {k: 2, a: 0.7}
+coordinates: {x: {initial: 150, velocity: 0.1}}
+masses: {p: 1}
+positions: {p: x}
+potential: -k/cosh(a*x)**2
+"""
+
+
+def test_a_force_that_has_faded_agrees_though_its_exponentials_are_held():
+    """Compiled, it ends where its argument is 80 (``saturation``); as printed, it fades further, to 1e-91."""
+    values = values_of(FADING)
+    equations = derive_equations(build_model(system_of(FADING), SympyAlgebra()))
+    start = State(values.parameters, 0.0, tuple(values.q), tuple(values.v))
+    compiled = compiled_values(residual_of(FADING))
+    found = verify(equations, compiled, start)
+    assert found.agrees, str(found)
+
+    def spoiled(*given):
+        a, p, h, *rest = compiled(*given)
+        return a * 1.01, p, h, *rest
+
+    assert not verify(equations, spoiled, start).agrees
+
+
 def test_what_is_complex_is_not_compared():
     with mpmath.workdps(20):
         for text in ("max(x**0.5, 1)", "where(x**0.5 > 1, 1, 2)"):

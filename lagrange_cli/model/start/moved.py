@@ -70,6 +70,8 @@ def moved(
         by = math.sqrt(len(x)) * far(x, near, scale, free)
         if begin is not None or max(by, bent(surface, x, near, search.typical(scale))) <= SLIGHTLY:
             return near
+    if not speeds:
+        refusal.check_directions(surface.at(x)[0])
     found = [] if near is None else [near]
     if not speeds and (len(x) <= DENSE or search.given.forced):  # speeds are linear
         found = equally_near(search, surface, x, near, off)

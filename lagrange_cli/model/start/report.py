@@ -10,6 +10,7 @@ from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
 from lagrange_cli.model.start.linear import steepness
 from lagrange_cli.model.start.nearest import ROUND
+from lagrange_cli.model.start.unit_quaternions import no_direction
 from lagrange_cli.spec.bodies.norms import norm_name
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.source import Place, Source
@@ -18,7 +19,7 @@ from lagrange_cli.spec.values import initial_hint
 
 SATISFIED = 1e-12
 """A constraint that is off by less, relative to its terms, is not listed."""
-MOST_SHOWN = 4
+MOST_SHOWN, MOST_STATES = 4, 2
 TOLD_APART = 6
 """Decimals in which the values of a coordinate differ where they are not the same."""
 FOUR_COMPONENTS = "let its four components be coordinates, or give the orientation by angles or by a matrix"
@@ -89,7 +90,10 @@ class Refusal:
         if len(moves) == 1:
             hint += f" ({shown(moves[0])})"
         if len(moves) > 1:
-            hint = f"several consistent states are equally near: change to {' or '.join(map(shown, moves))}"
+            before = {one.name: float(value) for one, value in zip(self.spec.coordinates, x)}
+            listed = [shown(one) for one in told_apart(moves, before)[:MOST_STATES]]
+            others = [f"one of {len(moves) - MOST_STATES} others"] * (len(moves) > MOST_STATES)
+            hint = f"several consistent states are equally near: change to {' or '.join(listed + others)}"
         if not unknown:
             hint += "; or leave a value out, so that it is found"
             return self.residuals(values, rows, scale, hint, speeds=speeds)
@@ -143,6 +147,14 @@ class Refusal:
         if self._bodies(name):
             hint = FOUR_COMPONENTS
         return self.source.error(self.written(name).place, message, hint)
+
+    def check_directions(self, values: Sequence[Any]) -> None:
+        """Raise ``SpecError`` at a quaternion that is 0, by the ``values`` of the constraints: whatever it is
+        changed to is equally near."""
+        for name, value in zip(self.spec.all_constraints, values):
+            for body in self._bodies(name):
+                if float(value) == -1.0:  # that of its norm is |Q|^2 - 1
+                    raise no_direction(self.spec, body)
 
     def _bodies(self, name: str) -> list[str]:
         """The body whose quaternion a constraint normalizes, if it is such a one."""
@@ -231,6 +243,17 @@ class Refusal:
         if len(given) == 1:
             hint += f" or {names[telling[0]]}: {{initial: {digits(found[0][telling[0]])}}}"
         return self.source.error(first.place, said + listed, hint)
+
+
+def told_apart(
+    moves: Sequence[Sequence[tuple[str, float]]], before: Mapping[str, float]
+) -> list[list[tuple[str, float]]]:
+    """These states, each with the coordinates first that tell them apart. Coordinates that are missing have
+    the value ``before``."""
+    names = [*dict.fromkeys(name for one in moves for name, _ in one)]
+    states = [{k: dict(one).get(name, before[name]) for k, name in enumerate(names)} for one in moves]
+    telling = {names[k] for k in distinguishing(states)}
+    return [sorted(one, key=lambda value: value[0] not in telling) for one in moves]
 
 
 def distinguishing(states: Sequence[Mapping[int, float]]) -> list[int]:

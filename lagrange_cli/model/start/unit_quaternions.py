@@ -34,7 +34,7 @@ def normalized(
             continue
         largest = max(abs(q[k]) for k in numbers)
         if largest == 0:
-            raise _zero(spec, body)
+            raise no_direction(spec, body)
         direction = [q[k] / largest for k in numbers]
         size = sum(x * x for x in direction) ** 0.5
         length = largest * size
@@ -65,10 +65,10 @@ def quaternions(spec: Spec) -> Iterator[tuple[str, list[int]]]:
                 yield name, [number[entry] for entry in entries]
 
 
-def _zero(spec: Spec, body: str) -> SpecError:
+def no_direction(spec: Spec, body: str) -> SpecError:
     """A quaternion without direction."""
     place = spec.bodies[body].orientation.place
     message = f"the quaternion of body '{body}' is 0 at the start: it has no direction"
     return Source(spec.filename, spec.text).error(
-        place, message, "begin at 1, 0, 0, 0 where the body's axes are those of space"
+        place, message, "let it begin at 1, 0, 0, 0, where the body's axes are those of space"
     )
