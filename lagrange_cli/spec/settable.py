@@ -57,7 +57,9 @@ def named_once(spec: Spec, overrides: Mapping[str, str]) -> dict[str, str]:
         asked = f"--set {name}={text}"
         known = settable(spec, name, asked)
         if known in found:
-            raise UsageError(f"{asked}: '{known}' is given twice, as {found[known]} and as {text}: leave one out")
+            raise UsageError(
+                f"{asked}: '{known}' is given twice, as {found[known]} and as {text}: leave one out"
+            )
         found[known] = text
     return found
 

@@ -645,7 +645,9 @@ def test_of_many_states_that_are_equally_near_two_are_shown_by_what_tells_them_a
     constraints: {a: a - 0.5, b: b - 0.5, c: c - 0.5, x: x**2 + a**2 - 1, y: y**2 + a**2 - 1}
     """
     hint = refused(text)[0].hint
-    shown = re.search(r"change to x = (\S+), y = (\S+), a = .* or x = (\S+), y = (\S+), a = .* or one of", hint)
+    shown = re.search(
+        r"change to x = (\S+), y = (\S+), a = .* or x = (\S+), y = (\S+), a = .* or one of", hint
+    )
     assert [abs(float(one)) for one in shown.groups()] == pytest.approx([0.866025] * 4)
     assert shown.groups()[:2] != shown.groups()[2:]
     assert hint.endswith("or one of 2 others")
