@@ -5,6 +5,7 @@ Numerical Algorithms, section 3.3) of what doubles would have, in units of their
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Any
 
 import mpmath
@@ -117,7 +118,9 @@ def solve_measured(
     matrix: list[list[Measured]], force: list[Measured], *, dependent: bool = False
 ) -> list[Measured]:
     """The solution of M a = f; its scale is |M^-1| (|M| |a| + |f|), after Skeel. It is the least of all
-    solutions where rows are ``dependent``."""
+    solutions where rows are ``dependent``. Raises ArithmeticError where numbers are complex."""
+    for one in chain(force, *matrix):
+        real(one)
     values = mpmath.matrix([[entry.value for entry in row] for row in matrix])
     n, nearly = len(force), None if dependent else nearly_inverse(values)
     if nearly is None:

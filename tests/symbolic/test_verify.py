@@ -149,6 +149,12 @@ def test_states_outside_the_domain_are_drawn_again():
     assert verify(equations, stand_in(equations), State({"k": 1.0}, 0.0, (0.2,), (0.0,))).agrees
 
 
+def test_states_with_a_complex_mass_are_drawn_again():
+    """Beyond the speed of light, where this failed."""
+    equations = derived("coordinates: {x: {initial: 0}}\nlagrangian: -sqrt(1 - x_dot**2) - x**2/2\n")
+    assert verify(equations, stand_in(equations), State({}, 0.0, (0.0,), (0.95,))).agrees
+
+
 def test_no_state_at_all():
     equations = derived("coordinates: {x: {initial: 0.2}}\nlagrangian: x_dot**2/2 + log(x)\n")
     with pytest.raises(UsageError, match="no finite values at random states"):
