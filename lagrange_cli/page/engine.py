@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, cast
 
 from lagrange_cli.drawing.draw import MANY
 from lagrange_cli.drawing.drawing import Drawing
 from lagrange_cli.errors import TooLarge
-from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ
@@ -29,6 +28,7 @@ from lagrange_cli.native.observation import write_map, write_prepare, write_valu
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.page.packed import packed
+from lagrange_cli.spec.constants import builder
 from lagrange_cli.spec.spec import Expression, Spec
 
 
@@ -91,20 +91,23 @@ def derived(spec: Spec) -> tuple[str, int]:
     """``@derive``: each parameter as the file has it, q and v; and the doubles that it fills."""
     algebra = GraphAlgebra()
     symbols = {one.name: algebra.symbol(one.name) for one in spec.parameters}
-    builder = Builder(symbols.__getitem__, algebra, spec.sizes)
-
-    def written(listed: Iterable[Expression | None]) -> list[Node]:
-        zero: Node = algebra.number("0")
-        return [zero if one is None else builder.build(one.tree, one.indices) for one in listed]
-
-    given = written(one.value for one in spec.parameters)
+    given = written([one.value for one in spec.parameters], spec, symbols, algebra)
     if len(spec.coordinates) >= MANY:
         with suppress(Unsuited, Differ, ExpressionError, TooLarge):
             system, *state = initial_state(spec)
             return write_deriving(system, symbols, given, state)
-    given += written(one.initial for one in spec.coordinates)
-    given += written(one.velocity for one in spec.coordinates)
+    start = [*(one.initial for one in spec.coordinates), *(one.velocity for one in spec.coordinates)]
+    given += written(start, spec, symbols, algebra)
     return function("derive", symbols, given), len(given)
+
+
+def written(
+    listed: Sequence[Expression | None], spec: Spec, symbols: Mapping[str, Node], algebra: GraphAlgebra
+) -> list[Node]:
+    """Expressions in parameters and constant definitions; 0 where there is none."""
+    trees = [one.tree for one in listed if one is not None]
+    made, zero = builder(trees, spec, symbols.__getitem__, algebra), algebra.number("0")
+    return [zero if one is None else made.build(one.tree, one.indices) for one in listed]
 
 
 def measured(spec: Spec, sizes: Sequence[Node]) -> str:

@@ -114,4 +114,4 @@ def evaluated(tree: Tree, spec: Spec, parameters: Mapping[str, float], *, exact:
         value: float = algebra.number(repr(parameters[name])) if exact else parameters[name]
         return value
 
-    return float(algebra.finite(tree, builder(tree, spec, scope, algebra).build(tree)))
+    return float(algebra.finite(tree, builder([tree], spec, scope, algebra).build(tree)))

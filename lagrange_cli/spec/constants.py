@@ -27,8 +27,10 @@ def made_of(bases: Iterable[str], spec: Spec) -> set[str]:
     return found
 
 
-def builder(tree: Tree, spec: Spec, parameter: Callable[[str], Any], algebra: Algebra[Any]) -> Builder:
-    """What builds a ``tree`` of parameters, which ``parameter`` gives the values of, and definitions."""
+def builder(
+    trees: Iterable[Tree], spec: Spec, parameter: Callable[[str], Any], algebra: Algebra[Any]
+) -> Builder:
+    """What builds ``trees`` of parameters, which ``parameter`` gives the values of, and definitions."""
     values: dict[str, Any] = {}
 
     def scope(name: str) -> Any:
@@ -38,7 +40,7 @@ def builder(tree: Tree, spec: Spec, parameter: Callable[[str], Any], algebra: Al
         return values[base][COMPONENTS.index(component)] if component else values[base]
 
     found = Builder(scope, algebra, spec.sizes)
-    needed = made_of((one.base for one in names(tree)), spec)
+    needed = made_of((one.base for tree in trees for one in names(tree)), spec)
     for name, group in groups_by_name(spec.definitions).items():  # each uses only earlier ones
         if name in needed:
             members = zip(group.names, group) if isinstance(group, WrittenFamily) else [(name, group)]

@@ -230,6 +230,17 @@ def test_a_start_that_depends_on_parameters_follows_them():
     assert_same(engine_of("central_force").end(**changes), "central_force", **changes)
 
 
+def test_a_start_may_be_made_of_constant_definitions():
+    """No page was written of such a file."""
+    content = (
+        b"{parameters: {a: 2}, definitions: {s: 3*a, w: '(s, a/4)'}, "
+        b"coordinates: {x: {initial: s, velocity: w.y}, y: {initial: w.x/2}}, "
+        b"lagrangian: x_dot**2 + y_dot**2, solve: {stop: 2}}"
+    )
+    found = Engine(view(read_shown(content, "free.yaml", Request())).text).end(a=4.0)
+    assert found["reason"] == "" and found["q"] == pytest.approx([14.0, 6.0], abs=1e-14)
+
+
 @pytest.mark.exhaustive(keep=0.7)
 def test_a_slider_may_take_a_constraint_away():
     """Without the second gear's radius the first one is held, and the other one turns freely."""

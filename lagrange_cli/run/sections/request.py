@@ -128,7 +128,7 @@ def periods(text: str, spec: Spec, values: EnsembleValues) -> np.ndarray:
         tree = parse(text)
         check_names(tree, spec, values.parameters)
         with np.errstate(all="ignore"):
-            found: Number = plain(algebra.finite(tree, builder(tree, spec, scope, algebra).build(tree)))
+            found: Number = plain(algebra.finite(tree, builder([tree], spec, scope, algebra).build(tree)))
     except ExpressionError as error:
         hint = f"; {error.hint}" if error.hint else ""
         raise UsageError(f"--every {text}: {error.message}{hint}") from error
