@@ -30,6 +30,7 @@ STAGES = {
     "print": "writing the equations",
 }
 """The texts for stages that take long; the others show their progress themselves."""
+YEAR, MOST_YEARS = 365.25 * 86400, 1e300
 SHORTEST_NAME = 10
 """Columns of a name that are shown rather than the longest text."""
 WIDTH = 80
@@ -152,7 +153,9 @@ def time_left(distance: float, rate: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """``8 s``, ``2 min 5 s``, ``3 h 20 min``, ``12 d 3 h``."""
+    """``8 s``, ``2 min 5 s``, ``3 h 20 min``, ``12 d 3 h``, ``3e8 years``."""
+    if seconds >= 2 * YEAR:
+        return f"{decimal(min(seconds / YEAR, MOST_YEARS), 2)} years"
     minutes, rest = divmod(round(seconds), 60)
     if minutes == 0:
         return f"{rest} s"

@@ -43,6 +43,7 @@ class Ending(Enum):
     )
     JUMP = "an action would make an energy jump"
     INCONSISTENT = "no motion begins at the initial values"
+    TOO_LONG = "powers of steps exceed the largest double, 1.8e308, as the stop time is so large,"
 
     def way_out(self, *, at_start: bool = False) -> str:
         """A way out for the user, also for a failure ``at_start``; empty if nothing is wrong."""
@@ -70,6 +71,7 @@ WAYS_OUT = {
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",
     Ending.OVERFLOW: "{before}",
+    Ending.TOO_LONG: "end the run earlier with --stop",
     Ending.RECURRING: "let its action move the state away from it, or end the run before it with --stop",
     Ending.DRAGGED: "let the action change other velocities in proportion to the speed of the impact, "
     "or {before}",

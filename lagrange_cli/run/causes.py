@@ -54,6 +54,10 @@ STEEP = 64.0
 """Beyond this size of x x''/x'^2, x hardly changes until a growing velocity is infinite."""
 
 
+LONGEST = 1e60
+"""The longest run in which powers of steps do not overflow, whatever the motion."""
+
+
 @dataclass(frozen=True)
 class Border:
     """An ``argument`` that may not pass one of its ``ends``, in ``whole``; of tan there are many ends."""
@@ -85,6 +89,11 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     least = min(abs(left) for left, _ in found)
     left, text = next(one for one in found if abs(one[0]) <= ALIKE * least)
     return Cause(text, end.t + left)
+
+
+def too_long(start: float, stop: float, end: End) -> Cause | None:
+    """That steps may become so long that their powers overflow, in a run to ``stop``."""
+    return None if abs(stop - start) <= LONGEST else Cause(Ending.TOO_LONG.value, end.t, Ending.TOO_LONG)
 
 
 def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Dual]:

@@ -13,6 +13,7 @@ from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Monitor, Stage, untimed
+from lagrange_cli.run.pace import Pace
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import HDF5
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values, rounding_of_run
@@ -76,9 +77,10 @@ class Motion:
             if found is not None:
                 return found
         if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.CRAWLING, Ending.STUCK):
-            from lagrange_cli.run.causes import explained
+            from lagrange_cli.run.causes import explained, too_long
 
             found = explained(self.spec, self.values.parameters, self.settings.start, end)
+            found = found or too_long(self.settings.start, self.settings.stop, end)
             if found is not None:  # L may have no value there, and no masses
                 return found
         from lagrange_cli.run.singular import singular_masses
@@ -222,11 +224,12 @@ def follow(
     ``demand``."""
     from lagrange_cli.integrate.run import integrate
 
-    progress = monitor.progress()
+    progress, name = monitor.progress(), ready.motion.spec.name
+    pace = Pace(ready.times.stop, progress.show, lambda text: monitor.tell(f"{name}: {text}"))
     with monitor.stage("integrate"), certificate_of(ready, demand) as certificate:
         outcome = integrate(
             ready.prepared, ready.motion.values, ready.times, emit, interrupted,
-            progress=progress.show, checkpointing=checkpointing, certificate=certificate,
+            progress=pace, checkpointing=checkpointing, certificate=certificate,
             explain=ready.motion.cause, emit_events=emit_events, threads=ready.threads,
         )  # fmt: skip
     progress.clear()

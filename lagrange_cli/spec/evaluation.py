@@ -261,7 +261,9 @@ class Evaluation:
             from lagrange_cli.spec.constants import builder
 
             tree = self.overrides[name]
-            return self.algebra.finite(tree, builder([tree], self.spec, self._scope, self.algebra).build(tree))
+            return self.algebra.finite(
+                tree, builder([tree], self.spec, self._scope, self.algebra).build(tree)
+            )
         except Unsound:  # follows from a problem of the file
             return None
         except ExpressionError as error:

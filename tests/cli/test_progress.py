@@ -1,6 +1,7 @@
 """The line that says how far a run has come."""
 
 import io
+import math
 import os
 import subprocess
 import sys
@@ -324,7 +325,7 @@ def test_nothing_is_said_where_nobody_watches(monkeypatch, clock, terminal, quie
     ("seconds", "text"),
     [
         (0.2, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (125, "2 min 5 s"), (12000, "3 h 20 min"),
-        (3600 * 50, "2 d 2 h"),
+        (3600 * 50, "2 d 2 h"), (1e10, "3.2e2 years"), (1e300, "3.2e292 years"), (math.inf, "1e300 years"),
     ],
 )  # fmt: skip
 def test_durations(seconds, text):
