@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
 from lagrange_cli.expression.confusions import VELOCITIES, spin_component
-from lagrange_cli.expression.near import known_hint, shown
+from lagrange_cli.expression.near import known_hint, look_alike, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Number, Vector, names, plain_names
 from lagrange_cli.expression.vocabulary import (
     AXES_COMPONENTS,
@@ -92,7 +92,7 @@ def wrong_component(
         return ExpressionError(name.span, message, f"{hint}: see 'bodies'")
     if moves:
         known += VELOCITY_COMPONENTS[: len(meaning.value)]
-    meant = CONFUSED_COMPONENTS.get(component, "")
+    meant = CONFUSED_COMPONENTS.get(component, "") or look_alike(component, known)
     hint = f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
     if meaning.what is Kind.BODY and component not in VELOCITIES:
         hint += f", {label}.{SPACE_SPIN[0]}, {label}.{BODY_SPIN[0]}, {label}.{POINT}(a, b, c), ..."

@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from lagrange_cli.expression.confusions import KINETIC, elsewhere
-from lagrange_cli.expression.near import known_hint, near_match, shown
+from lagrange_cli.expression.near import known_hint, look_alike_hint, near_match, shown
 from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec import nodes
@@ -193,7 +193,8 @@ def _unknown_key(
             meant, hint = "", f"{hint}, or indent it, if it belongs to '{above}'"
     if not hint:
         meant = table.near(text)
-        hint = f"did you mean '{meant}'?" if meant else known_hint(table.keys)
+        near = look_alike_hint(text, table.keys) or f"did you mean '{meant}'?"
+        hint = near if meant else known_hint(table.keys)
         if above and not meant:
             problems.broken.add(text)  # it may be used elsewhere
             hint = f"indent it, if it belongs to '{above}'"

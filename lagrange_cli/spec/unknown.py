@@ -15,7 +15,7 @@ from lagrange_cli.expression.confusions import (
     rate_of,
     romanized,
 )
-from lagrange_cli.expression.near import known_hint, near_match, shown
+from lagrange_cli.expression.near import known_hint, look_alike_hint, near_match, shown
 from lagrange_cli.expression.syntax import Name
 from lagrange_cli.expression.vocabulary import (
     CALLABLE,
@@ -70,6 +70,8 @@ class Unknown:
             return message, f"--outputs {output} writes the {what}; or add {name} to the parameters"
         if name in NAMES:
             return message, f"write {NAMES[name]}"
+        if alike := self._alike(name):
+            return message, alike
         if hint := self._of_particle(name) or self._other_notation(name) or self._run_together(name):
             return message, hint
         match = near_match(name, [*self._usable(), *self.indices, *CONSTANTS])
@@ -87,6 +89,13 @@ class Unknown:
             return message, near
         self.undeclared.add(name)
         return message, f"{known}; or {declare}" if known else declare
+
+    def _alike(self, name: str) -> str:
+        """A hint where a letter is from another alphabet than it seems, unless its name is that of a name."""
+        spelled = romanized(name)
+        if any(romanized(one) == spelled for one in self.table):
+            return ""
+        return look_alike_hint(name, [*self.table, *self.indices, *CONSTANTS])
 
     def _called(self, *kinds: Kind) -> list[str]:
         return [name for name, meaning in self.table.items() if meaning.what in kinds]

@@ -90,3 +90,36 @@ def test_a_position_relative_to_another():
 )
 def test_what_is_missing_or_too_much_at_a_sign(old, new, hint):
     assert hints(PENDULUM, old, new)[0] == hint
+
+
+ALIKE = """\
+parameters: {m: 1, k: 2}
+coordinates: {x: {initial: 1}}
+masses: {bob: m}
+positions: {bob: [x, sin(x)]}
+potential: k*x**2 + bob.y
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        ("masses", "m\u0430sses", "did you mean 'masses'? This '\u0430' is another letter that looks the same"),
+        ("k*x", "k*\u0445", "did you mean 'x'? This '\u0445' is another letter that looks the same"),
+        ("k*x", "\u03ba*x", "did you mean 'k'? This '\u03ba' is another letter that looks the same: Greek small"),
+        ("k: 2", "\u043a: 2", "did you mean '\u043a'? Its '\u043a' is another letter that looks the same"),
+        ("sin(", "s\u0456n(", "did you mean 'sin'? This '\u0456' is another letter"),
+        ("bob.y", "bob.\u0443", "write bob.y"),
+        ("bob.y", "b\u043eb.y", "did you mean 'bob'? This '\u043e' is another letter"),
+    ],
+)
+def test_a_letter_of_another_alphabet_is_named(old, new, hint):
+    found = hints(ALIKE, old, new)
+    assert found[0].startswith(hint)
+    assert len(found) == 1
+
+
+def test_a_greek_letter_is_first_of_all_its_name():
+    """nu looks like v, and is nu."""
+    text = "parameters: {v: 1, nu: 2}\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2 - nu*v*x**2\n"
+    assert hints(text, "nu*v", "\u03bd*v") == ["did you mean 'nu'?"]
