@@ -72,24 +72,34 @@ def wrap(text: str) -> list[str]:
             for indent, line in lines
             for part in broken(line, indent, " " * max(deeper, len(indent)), within_sums=True)
         ]
+    lines = [  # only what is too long still
+        part
+        for indent, line in lines
+        for part in broken(line, indent, " " * max(10, len(indent) + 4), within_functions=True)
+    ]
     return [indent + line for indent, line in lines]
 
 
-def broken(text: str, indent: str, further: str, *, within_sums: bool = False) -> Iterator[tuple[str, str]]:
+def broken(
+    text: str, indent: str, further: str, *, within_sums: bool = False, within_functions: bool = False
+) -> Iterator[tuple[str, str]]:
     """The lines of a text, each with its indentation."""
     start = 0
+    within = {"within_sums": within_sums, "within_functions": within_functions}
     while len(indent) + len(text) - start > WIDTH and (
-        place := break_place(text, start, WIDTH - len(indent), within_sums=within_sums)
+        place := break_place(text, start, WIDTH - len(indent), **within)
     ):
         yield indent, text[start:place].rstrip()
         indent, start = further, place
     yield indent, text[start:]
 
 
-def break_place(text: str, start: int, width: int, *, within_sums: bool) -> int:
+def break_place(
+    text: str, start: int, width: int, *, within_sums: bool = False, within_functions: bool = False
+) -> int:
     """Where to break what follows ``start``: before the last sign of the outermost sum within ``width``, or
-    else the first one beyond it; 0 where there is none. Arguments of functions are never broken; those of
-    sums over indices are if ``within_sums``, also before their loops.
+    else the first one beyond it; 0 where there is none. Arguments of functions are broken if
+    ``within_functions``; those of sums over indices are if ``within_sums``, also before their loops.
 
     Signs within ``width`` are the outermost if there are none further out in the next ``FAR`` characters.
     Those in short parentheses count as further in, and where there are none outside of parentheses, a break
@@ -105,12 +115,16 @@ def break_place(text: str, start: int, width: int, *, within_sums: bool) -> int:
         character = text[index]
         if character in "([":
             of_function = index > start and (text[index - 1].isalnum() or text[index - 1] == "√")
-            kept = of_function and not (within_sums and text.endswith("sum", start, index))
+            kept = of_function and not within_functions
+            kept = kept and not (within_sums and text.endswith("sum", start, index))
             opened.append((kept, index))
         elif character in ")]" and opened:
             _, begun = opened.pop()
             if index - begun < SHORT:
                 places = [(depth + len(text) * (place > begun), place) for depth, place in places]
+        elif character in ")]":  # opened on an earlier line: what was before it is further in than the rest
+            places = [(depth + 1, place) for depth, place in places]
+            outermost += 1
         elif character in "*/" and not opened and text[index - 1] == ")" and FACTOR.match(text, index):
             factors.append(index)
         elif (
@@ -124,7 +138,7 @@ def break_place(text: str, start: int, width: int, *, within_sums: bool) -> int:
             outermost = min(outermost, len(opened))
     charge(1 + (index - start) // CHARACTERS_A_STEP)
     outermost = min((depth for depth, _ in places), default=0)
-    before = [place for place in factors if width // 2 < place - start <= width]
+    before = [place for place in factors if width // 3 < place - start <= width]
     if outermost > 0 and before:
         return before[-1]
     candidates = [place for depth, place in places if depth == outermost]

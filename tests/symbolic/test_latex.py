@@ -12,7 +12,7 @@ from lagrange_cli.limits import Work
 from lagrange_cli.run.equations import FORMS
 from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.latex_lines import ROUNDING, WIDTH, breaks, broken, width
-from lagrange_cli.symbolic.layouts import wrap
+from lagrange_cli.symbolic.layouts import WIDTH, wrap
 from lagrange_cli.symbolic.work import counting
 from tests.support.command import lagrange
 from tests.support.draws import examples
@@ -146,6 +146,26 @@ LONG = "*".join(f"q{i}_dot" for i in range(9))
 def test_lines_of_text_are_broken_where_they_are_read_best(lines):
     apart = " " if lines[1].startswith("+") else ""
     assert [one.strip() for one in wrap(apart.join(lines))] == [*lines]
+
+
+SUM = " + ".join(f"a{i}*x{i}**2" for i in range(20))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"U = k*exp(-{SUM}) + b",
+        f"U = b + k*(a - b)*sin({SUM})**2*cos({SUM})",
+        f"U = sin(2*exp({SUM} + tan({SUM}))) - 2*√({SUM})",
+    ],
+)
+def test_long_arguments_of_functions_are_broken_too(text):
+    """They are continued further in than terms outside of them. Before, they made lines of any length."""
+    lines = wrap(text)
+    assert max(map(len, lines)) <= WIDTH
+    assert "".join("".join(lines).split()) == text.replace(" ", "")
+    inside = [line for line in lines if line.lstrip().startswith("+ a")]
+    assert inside and all(line.startswith(" " * 10) for line in inside)
 
 
 def test_names_that_latex_reads_otherwise():
