@@ -23,11 +23,6 @@ Group: TypeAlias = "Written | WrittenFamily[Any]"
 Groups: TypeAlias = "Mapping[str, Group]"
 
 BREAK = "break the cycle: give one of them a value that does not use the others"
-AS_VECTOR = (
-    "make them components of one family of vectors, as in r[i in range(1, N)]: (r[i - 1].x, r[i - 1].y)"
-)
-"""Families are computed one after the other, even if no member depends on itself, unless one may stand in the
-others (``turns``)."""
 AS_PLACE = "a position may not use what depends on it: write one of them in coordinates"
 IN_COORDINATES = "write it in coordinates, t, parameters and positions that do not depend on it"
 
@@ -139,19 +134,40 @@ class Circles:
                 where = called(missing.item, self.kinds[family_name(missing.item.name)])
                 problems.add_expression(value_of(missing.item), missing.error, where)
                 return
-        cycle = found or cycle
+        cycle = found or self._from_first(cycle)
         bases = {*map(family_name, cycle)}
         hint = BREAK if {self.kinds[one] for one in bases} <= {Kind.PARAMETER, Kind.DEFINITION} else AS_PLACE
         if hint is AS_PLACE and len(bases) == 1:
             hint = IN_COORDINATES
-        elif families and not found:
-            hint = AS_VECTOR
         base = family_name(cycle[0])
         first: Any = self.groups[base]
         if self._is_family(base):
             first = first.named(cycle[0]) or first[0]
         message = f"{called(first, self.kinds[base])} depends on itself: {shown(cycle)}"
+        if families and not found:
+            message, hint = (
+                f"families cannot be computed one after the other: {shown(cycle)}",
+                self._in_one(cycle[:-1]),
+            )
         problems.add_once(first.place, message, hint)
+
+    def _from_first(self, cycle: list[str]) -> list[str]:
+        """The cycle, from the name on that is first in the file."""
+        order = {name: number for number, name in enumerate(self.groups)}
+        ring = cycle[:-1]
+        begin = min(range(len(ring)), key=lambda at: order[family_name(ring[at])], default=0)
+        return [*ring[begin:], *ring[: begin + 1]]
+
+    def _in_one(self, names: Sequence[str]) -> str:
+        """How families may be one in which they take turns, so that all of it follows from earlier members.
+        (They are computed one after the other, even if no member depends on itself, unless one may stand in
+        the others: ``turns``.)"""
+        said = []
+        for number, name in enumerate(names):
+            first, *others = "ijkl"[: len(self.groups[name].family.shape)]
+            place = f"{len(names)}*{first} + {number}" if number else f"{len(names)}*{first}"
+            said.append(f"r[{', '.join([place, *others])}] for {name}[{', '.join([first, *others])}]")
+        return f"write them as one family, whose members take turns: {' and '.join(said)}"
 
     def _is_family(self, name: str) -> bool:
         return isinstance(self.groups[name], WrittenFamily)

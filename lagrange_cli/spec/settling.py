@@ -14,7 +14,7 @@ from lagrange_cli.spec.family import Family, MemberNames, Place
 from lagrange_cli.spec.kinds import Kind, called, comes_to
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import Needs, bases_in, dependency_order, expression_of, on_demand, uses_of
+from lagrange_cli.spec.order import AXES, Needs, bases_in, dependency_order, expression_of, on_demand, uses_of
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
@@ -90,6 +90,7 @@ class Settling:
             known = Circles({**groups, **self.as_written}, kinds, [*self.as_written], self.names.sizes)
             for cycle in cycles:
                 known.note(cycle, self.names.problems)
+                self.names.problems.broken.update(family_name(one.removesuffix(AXES)) for one in cycle)
         return found
 
     def _family(

@@ -104,9 +104,17 @@ potential: k*x**2 + bob.y
 @pytest.mark.parametrize(
     ("old", "new", "hint"),
     [
-        ("masses", "m\u0430sses", "did you mean 'masses'? This '\u0430' is another letter that looks the same"),
+        (
+            "masses",
+            "m\u0430sses",
+            "did you mean 'masses'? This '\u0430' is another letter that looks the same",
+        ),
         ("k*x", "k*\u0445", "did you mean 'x'? This '\u0445' is another letter that looks the same"),
-        ("k*x", "\u03ba*x", "did you mean 'k'? This '\u03ba' is another letter that looks the same: Greek small"),
+        (
+            "k*x",
+            "\u03ba*x",
+            "did you mean 'k'? This '\u03ba' is another letter that looks the same: Greek small",
+        ),
         ("k: 2", "\u043a: 2", "did you mean '\u043a'? Its '\u043a' is another letter that looks the same"),
         ("sin(", "s\u0456n(", "did you mean 'sin'? This '\u0456' is another letter"),
         ("bob.y", "bob.\u0443", "write bob.y"),

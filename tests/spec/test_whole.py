@@ -280,7 +280,9 @@ def test_families_that_follow_from_each_other_may_be_one_of_vectors() -> None:
     pair = RECURSIVE.replace("x[i - 1] + l[i]", "x[i - 1] + 0*y[i - 1] + l[i]").replace(
         "y[i - 1] - l[i]", "y[i - 1] - 0*x[i - 1] - l[i]"
     )
-    with pytest.raises(SpecError, match=r"depends on itself: x -> y -> x.*\n.*\n.*components of one family"):
+    with pytest.raises(
+        SpecError, match=r"computed one after the other: x -> y -> x.*\n.*\n.*write them as one family"
+    ):
         read_spec(pair, "a.yaml")
     start, end = RECURSIVE.index("  x[0]"), RECURSIVE.index("masses:")
     vectors = """\

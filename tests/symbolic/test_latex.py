@@ -12,7 +12,8 @@ from lagrange_cli.limits import Work
 from lagrange_cli.run.equations import FORMS
 from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.latex_lines import ROUNDING, WIDTH, breaks, broken, width
-from lagrange_cli.symbolic.layouts import WIDTH, wrap
+from lagrange_cli.symbolic.layouts import WIDTH as COLUMNS
+from lagrange_cli.symbolic.layouts import wrap
 from lagrange_cli.symbolic.work import counting
 from tests.support.command import lagrange
 from tests.support.draws import examples
@@ -162,7 +163,7 @@ SUM = " + ".join(f"a{i}*x{i}**2" for i in range(20))
 def test_long_arguments_of_functions_are_broken_too(text):
     """They are continued further in than terms outside of them. Before, they made lines of any length."""
     lines = wrap(text)
-    assert max(map(len, lines)) <= WIDTH
+    assert max(map(len, lines)) <= COLUMNS
     assert "".join("".join(lines).split()) == text.replace(" ", "")
     inside = [line for line in lines if line.lstrip().startswith("+ a")]
     assert inside and all(line.startswith(" " * 10) for line in inside)
