@@ -245,8 +245,8 @@ def test_families_that_follow_from_themselves_as_well() -> None:
             "foot[0]: knee[0]\n  foot[i in range(1, N)]: foot[i - 1] + knee[i]",
         )
     )
-    assert problem.message == "families cannot be computed one after the other: knee -> foot -> knee"
-    assert problem.hint.endswith("r[2*i] for knee[i] and r[2*i + 1] for foot[i]")
+    assert problem.message == "families cannot be computed one after the other: foot -> knee -> foot"
+    assert problem.hint.endswith("r[2*i] for foot[i] and r[2*i + 1] for knee[i]")
 
 
 def test_such_families_may_be_one_whose_members_take_turns() -> None:
