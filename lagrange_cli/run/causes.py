@@ -228,7 +228,7 @@ def place(expression: Expression, border: Border, indices: Indices) -> str:
 
 def text(expression: Expression, tree: Tree) -> str:
     """A piece of an expression as it is written."""
-    return " ".join(expression.text[tree.span.start : tree.span.stop].split())
+    return " ".join(expression.excerpt(tree.span).split())
 
 
 def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:

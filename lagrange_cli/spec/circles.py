@@ -164,7 +164,8 @@ class Circles:
         the others: ``turns``.)"""
         said = []
         for number, name in enumerate(names):
-            first, *others = "ijkl"[: len(self.groups[name].family.shape)]
+            group = self.groups[name]
+            first, *others = [*"ijkl"][: len(group.family.shape) if isinstance(group, WrittenFamily) else 1]
             place = f"{len(names)}*{first} + {number}" if number else f"{len(names)}*{first}"
             said.append(f"r[{', '.join([place, *others])}] for {name}[{', '.join([first, *others])}]")
         return f"write them as one family, whose members take turns: {' and '.join(said)}"

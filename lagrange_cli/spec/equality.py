@@ -28,7 +28,7 @@ def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
             own = {*expression.indices, *(loop.index for loop, _ in sums(expression.tree))}
             if not all(_is_whole(one, known | own) for one in comparison.operands):
                 span = comparison.span
-                yield expression.at(span), shown(expression.text[span.start : span.stop])
+                yield expression.at(span), shown(expression.excerpt(span))
 
 
 def _is_whole(tree: Tree, names: Set[str]) -> bool:

@@ -122,7 +122,7 @@ def vector_items(expression: Expression) -> list[str]:
     """The components of a vector as they are written, if it is a plain one; else an example."""
     tree = expression.tree
     items = tree.items if isinstance(tree, Vector) else ()
-    return [expression.text[one.span.start : one.span.stop] for one in items] or ["1", "2"]
+    return [expression.excerpt(one.span) for one in items] or ["1", "2"]
 
 
 def vector_hint(known: Meanings, expression: Expression, section: str = "") -> str:

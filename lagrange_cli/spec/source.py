@@ -140,7 +140,8 @@ class Expression:
     ``tree`` is a ``Vector`` (or a vector-valued tree) where a vector is due and scalar-valued otherwise:
     this has been checked, and every name in it is known. ``passages`` are the pieces of the file the text
     was put together from, each with its offset in ``text``. ``indices`` are the values of the indices that
-    stand in it, where it is that of a member of a family.
+    stand in it, where it is that of a member of a family. Parts of the tree may be from ``others``, whose
+    texts are thought of as standing behind its own.
     """
 
     text: str
@@ -148,6 +149,7 @@ class Expression:
     place: Place
     passages: tuple[tuple[int, Passage], ...] = field(default=(), repr=False, compare=False)
     indices: Mapping[str, int] = field(default_factory=dict)
+    others: str = field(default="", repr=False, compare=False)
 
     def at(self, span: Span) -> Place:
         """Where ``span`` of the text stands in the file."""
@@ -155,6 +157,21 @@ class Expression:
             if offset <= span.start:
                 return passage.place(Span(span.start - offset, span.stop - offset))
         return self.place
+
+    @property
+    def whole(self) -> str:
+        """The text, and those of others that parts of the tree are from."""
+        return self.text + self.others
+
+    def excerpt(self, span: Span) -> str:
+        """What is written there."""
+        return self.whole[span.start : span.stop]
+
+    def followed_by(self, other: Expression) -> Expression:
+        """The same with the text of another one behind it, so that its tree may have parts of that."""
+        start = len(self.whole)
+        passages = ((start + offset, passage) for offset, passage in other.passages)
+        return replace(self, others=self.others + other.text, passages=(*self.passages, *passages))
 
     def member(self, name: str, indices: Mapping[str, int]) -> Expression:
         """The one of a member of a family."""

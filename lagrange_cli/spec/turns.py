@@ -197,19 +197,26 @@ class Substitution:
         """An item without the name, which may be any of its parts where no member uses it: in a branch that
         is not taken."""
 
+        value, offsets = written_in(item), dict[int, int]()
+
         def change(one: Tree, made: tuple[Tree, ...]) -> Tree:
+            nonlocal value
             if isinstance(one, Name) and one.base == self.eliminated:
-                return self._meaning(one, self.parts[which.get(id(one), 0)])
+                number = which.get(id(one), 0)
+                if number not in offsets:
+                    offsets[number] = len(value.whole)
+                    value = value.followed_by(written_in(self.parts[number].item))
+                return self._meaning(one, self.parts[number], offsets[number])
             return with_children(one, made)
 
-        value = written_in(item)
-        value = replace(value, tree=limited(rebuilt(value.tree, change)))
+        tree = limited(rebuilt(value.tree, change))
+        value = replace(value, tree=tree)
         if isinstance(item, Declared):
             return replace(item, fields={**item.fields, "value": value})
         return replace(item, **{"position" if isinstance(item, WrittenBody) else "value": value})
 
-    def _meaning(self, name: Name, part: Part[Any]) -> Tree:
-        """What the name stands for, as if all of it were written where the name is."""
+    def _meaning(self, name: Name, part: Part[Any], offset: int) -> Tree:
+        """What the name stands for, of which the text is at this ``offset`` of that where the name is."""
         tree, component = limited(written_in(part.item).tree), name.identifier.partition(".")[2]
         if component:
             if component not in COMPONENTS:
@@ -219,7 +226,7 @@ class Substitution:
         taken = given.keys() | {one for index in name.indices for one in plain_names(index)}
         if any(one.index in taken for one, _ in sums(tree)):
             raise Unsuited  # an index would be taken for another
-        return placed(tree, given, name.span)
+        return placed(tree, given, offset)
 
     def _component(self, tree: Tree, axis: int) -> Tree:
         """A component of a vector."""
@@ -262,14 +269,17 @@ def has_all(part: Part[Any], places: Sequence[Whole], count: int) -> bool:
     return len(places) == len(part.ranges) and bool(np.all(within(part, places, count)))
 
 
-def placed(tree: Tree, given: Mapping[str, Tree], span: Span) -> Tree:
-    """A tree with others in place of indices, all of it at one place of the text."""
+def placed(tree: Tree, given: Mapping[str, Tree], offset: int) -> Tree:
+    """A tree whose text is moved to this ``offset``, with others in place of indices."""
+
+    def moved(span: Span) -> Span:
+        return Span(span.start + offset, span.stop + offset)
 
     def change(one: Tree, made: tuple[Tree, ...]) -> Tree:
         if isinstance(one, Name) and not one.indices and one.identifier in given:
-            return placed(given[one.identifier], {}, span)
-        moved = replace(with_children(one, made), span=span)
-        return replace(moved, index_span=span) if isinstance(moved, Sum) else moved
+            return given[one.identifier]
+        found = replace(with_children(one, made), span=moved(one.span))
+        return replace(found, index_span=moved(found.index_span)) if isinstance(found, Sum) else found
 
     return rebuilt(tree, change)
 

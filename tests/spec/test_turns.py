@@ -165,7 +165,7 @@ def test_units_of_places_that_take_turns() -> None:
     wrong = LEGS.replace("l*[sin(ph[i]), -cos(ph[i])]", "[sin(ph[i]), -cos(ph[i])]*m")
     (conflict,) = Survey(read_spec(wrong, "file"), read_unit("s")).conflicts
     line, start = conflict.place.line, conflict.place.column - 1
-    assert LEGS.splitlines()[line - 1][start:].startswith("foot[i - 1] +")
+    assert LEGS.splitlines()[line - 1][start:].startswith("knee[i] + l*[sin(ph")
 
 
 def test_large_families_are_not_looked_at_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
