@@ -20,6 +20,8 @@ _KEY = re.compile(
 """A line with a key, or with a possible key."""
 _NESTED = re.compile(r"(\w+): +(\w+)$")
 """Two keys in a row, before a second colon."""
+_TWO_VALUES = re.compile(r"""[:,{\[]\s+[^:,{}\[\]]+\s(\w+)$|[}\]"']\s*$""")
+"""What is before the colon of a second key, or before a second value, where no comma separates them."""
 _STRANGE_SPACE = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]")
 """A space that YAML takes for a letter, such as one that keeps words together."""
 _LONGEST = 200
@@ -59,6 +61,8 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
         return source.error(Place(mark.line + 1, mark.column + 1), *TOO_DEEP)
     context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
     line, column = min(mark.line, len(source.lines) - 1), mark.column
+    if line < mark.line:  # behind a last line without an end
+        column = len(source.lines[line])
     while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
         line -= 1
         column = len(source.lines[line])
@@ -75,6 +79,10 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     closing = _CLOSING.search(problem)
     if closing and character and character in "]}" and character != closing[1]:
         hint = f"write '{closing[1]}' before this '{character}'"
+    elif closing and not character and opened is not None and opened.line == line:
+        hint = f"write '{closing[1]}' at the end: what column {opened.column + 1} opens is not closed"
+    elif closing and (apart := _TWO_VALUES.search(source.lines[line][:column][-_LONGEST:])):
+        hint = _comma_missing(apart, source.lines[line][column:]) or hint
     misplaced = "mapping values" in problem or "could not find expected ':'" in problem
     if misplaced and (cause := _line_before(source, line)):
         line, column, problem, hint = cause
@@ -104,6 +112,15 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
         name = f"U+{ord(source.lines[line][column]):04X}"
         message, hint = f"the character {name} where YAML expects a space", "replace it by a space"
     return source.error(Place(line + 1, column + 1), message, hint)
+
+
+def _comma_missing(before: re.Match[str], rest: str) -> str:
+    """The hint where a second key or value begins without a comma; nothing where that is not sure."""
+    if not before[1]:
+        return f"write a comma before '{re.split('[^a-zA-Z0-9_]', rest)[0] or rest[0]}'"
+    if not rest.startswith(":"):
+        return ""
+    return "write ',' in place of ';'" if ";" in before[0] else f"write a comma before '{before[1]}'"
 
 
 def _strange_space(source: Source, line: int) -> tuple[int, int] | None:

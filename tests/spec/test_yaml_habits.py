@@ -142,3 +142,21 @@ def test_the_number_of_members_is_no_length():
 def test_a_name_of_several_lines_is_one_line():
     text = "name: |\n  two\n  lines\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2\n"
     assert read_spec(text, "x.yaml").name == "two lines"
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("parameters: {m: 1 l: 2, g: 9.81}", "write a comma before 'l'"),
+        ("parameters: {m: 2*(a + b) l: 2}", "write a comma before 'l'"),
+        ("parameters: {m: {value: 1, unit: kg} l: 2}", "write a comma before 'l'"),
+        ('parameters: {m: {value: "2" unit: m}}', "write a comma before 'unit'"),
+        ("draw: {rods: [[0, a] [0, b]]}", "write a comma before '['"),
+        ("parameters: {m: 1; l: 2}", "write ',' in place of ';'"),
+        ("coordinates: {x: {initial: 1}", "write '}' at the end: what column 14 opens is not closed"),
+    ],
+)
+def test_a_missing_comma_or_brace_is_named(line: str, hint: str) -> None:
+    """Before, values were to be put in quotes."""
+    (problem,) = problems(line)
+    assert problem.hint == hint
