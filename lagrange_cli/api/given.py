@@ -51,7 +51,12 @@ def text_of(name: str, value: Any) -> str:
 
 def texts_of(what: str, values: Values | None) -> dict[str, str]:
     """Texts by name; those of a family by the names of its members. ``what`` is the argument's name."""
-    return dict(pairs(what, values or {}))
+    found: dict[str, str] = {}
+    for name, text in pairs(what, values or {}):
+        if name in found:
+            raise UsageError(f"{what}: {name} is given twice, as {found[name]} and as {text}: leave one out")
+        found[name] = text
+    return found
 
 
 def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -85,6 +85,8 @@ def unsettable(spec: Spec, name: str, value: str, known: list[str]) -> str:
     if what in (PARAMETER, COORDINATE, VELOCITY):
         if component:
             return f"'{base}' is {what} and has no components; write {base}"
+        if "[" in name and name.partition("[")[0] in known:
+            return f"'{name.partition('[')[0]}' is one number and takes no index"
         if "[" in name:
             return f"unknown name '{name}'; {settable_hint(name, known)}"
         return f"'{name}' is a family; write one of its members, {members_of(name, known)}"

@@ -155,6 +155,7 @@ def test_what_is_no_system_is_refused(system):
         ({"set": {"nosuch": 1}}, "unknown name 'nosuch'"),
         ({"set": {"l": True}}, "set: l must be a number or an expression, not True"),
         ({"set": {"l": None}}, "set: l must be a number or an expression"),
+        ({"set": {"l": [1, 2]}}, "set l[0]=1: 'l' is one number and takes no index"),
         ({"set": ["l=1"]}, "set must be a mapping from names to values"),
         ({"stop": "theta"}, "'theta' is not constant"),
         ({"stop": float("nan")}, "finite times"),
@@ -363,3 +364,11 @@ def test_members_of_large_families_are_not_looked_at_one_by_one(monkeypatch):
     motion = lagrange.solve(SYSTEMS / "fpu_chain.yaml", size={"N": 1200}, stop=0.01, samples=2)
     assert motion.status == "complete"
     assert len(made) < 50
+
+
+def test_a_member_that_is_given_twice_is_refused():
+    """Before, the last value held in silence."""
+    for name in ("theta[0]", "theta[N - 3]"):
+        given = {"theta": [0.1, 0.2, 0.3], name: 2}
+        with pytest.raises(lagrange.UsageError, match=r"theta\[0\]'? is given twice, as 0.1 and as 2: leave"):
+            lagrange.solve(lagrange.example("n_pendulum"), size={"N": 3}, set=given, stop=1)
