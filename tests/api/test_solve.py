@@ -155,7 +155,7 @@ def test_what_is_no_system_is_refused(system):
         ({"set": {"nosuch": 1}}, "unknown name 'nosuch'"),
         ({"set": {"l": True}}, "set: l must be a number or an expression, not True"),
         ({"set": {"l": None}}, "set: l must be a number or an expression"),
-        ({"set": {"l": [1, 2]}}, "set l[0]=1: 'l' is one number and takes no index"),
+        ({"set": {"l": [1, 2]}}, "'l' is one number and takes no index"),
         ({"set": ["l=1"]}, "set must be a mapping from names to values"),
         ({"stop": "theta"}, "'theta' is not constant"),
         ({"stop": float("nan")}, "finite times"),
