@@ -139,10 +139,9 @@ def prepare_system(
             meanwhile()
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
-        from lagrange_cli.errors import TooLarge, TooLargeSystem
-        from lagrange_cli.integrate.families import family_run, without_costly, without_expansion
-        from lagrange_cli.integrate.family_program import write_families
-        from lagrange_cli.integrate.program import write_run
+        with stage("import"):
+            from lagrange_cli.errors import TooLarge, TooLargeSystem
+            from lagrange_cli.integrate.families import family_run, without_costly, without_expansion
 
         try:
             with stage("derive"):
@@ -151,6 +150,8 @@ def prepare_system(
                     system, less = family_run(spec, compilation), compilation
                 residual = derive(spec) if system is None else None
             if residual is not None:
+                with stage("import"):
+                    from lagrange_cli.integrate.program import write_run
                 with stage("program"):
                     return write_run(residual, compilation)
         except (TooLarge, TooLargeSystem):
@@ -158,6 +159,8 @@ def prepare_system(
             if less is None or less == compilation:
                 raise
         assert system is not None and less is not None
+        with stage("import"):
+            from lagrange_cli.integrate.family_program import write_families
         with stage("program"):
             program, recording = write_families(system, less)
         left_out = tuple(sorted(compilation.outputs - less.outputs))
@@ -177,8 +180,6 @@ def prepare_system(
             interface, recording, code, level = stored
             machine = load_machine(code, interface)
     if stored is None:
-        with stage("import"):
-            import lagrange_cli.integrate.program  # noqa: F401
         program, recording = write(stage)
         level = first_level(program)
         with stage("compile"):

@@ -7,7 +7,7 @@ from typing import Any
 
 from lagrange_cli.errors import TooLarge, UsageError
 from lagrange_cli.expression.node import Node
-from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.compilation import Compilation, portable_if_asked
 from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, MethodRow, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
@@ -63,15 +63,6 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     if compilation.section == SECTION and not program.lanes:
         refuse_what_hides(residual)
     return portable_if_asked(program, compilation), replace(plan.recording, undetected=undetected)
-
-
-def portable_if_asked(program: Program, compilation: Compilation) -> Program:
-    """The program, with the same bits on every machine where that is asked for."""
-    if not compilation.portable:
-        return program
-    from lagrange_cli.native.functions.portable import portable
-
-    return replace(program, text=portable(program.text))
 
 
 def without_what_follows(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:
