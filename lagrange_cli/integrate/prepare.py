@@ -139,6 +139,8 @@ def prepare_system(
             meanwhile()
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
+        if not spec.coordinate_families:
+            return written_out(stage)
         with stage("import"):
             from lagrange_cli.errors import TooLarge, TooLargeSystem
             from lagrange_cli.integrate.families import family_run, without_costly, without_expansion
@@ -148,12 +150,8 @@ def prepare_system(
                 system, less = without_costly(spec, compilation)
                 if system is None:
                     system, less = family_run(spec, compilation), compilation
-                residual = derive(spec) if system is None else None
-            if residual is not None:
-                with stage("import"):
-                    from lagrange_cli.integrate.program import write_run
-                with stage("program"):
-                    return write_run(residual, compilation)
+            if system is None:
+                return written_out(stage)
         except (TooLarge, TooLargeSystem):
             system, less = without_expansion(spec, compilation)
             if less is None or less == compilation:
@@ -165,6 +163,14 @@ def prepare_system(
             program, recording = write_families(system, less)
         left_out = tuple(sorted(compilation.outputs - less.outputs))
         return program, replace(recording, left_out=left_out)
+
+    def written_out(stage: Stage) -> tuple[Program, Recording]:
+        with stage("derive"):
+            residual = derive(spec)
+        with stage("import"):
+            from lagrange_cli.integrate.program import write_run
+        with stage("program"):
+            return write_run(residual, compilation)
 
     def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:

@@ -18,7 +18,6 @@ from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.llvm.length import SHORTER
 from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
@@ -126,6 +125,8 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation, observi
         inner, integrands = with_surface_followed(residual, plan.integrands, compilation)
     together = compilation.ensemble and not compilation.proven and not inner.model.events
     if together and needs is Needs.SERIES:
+        from lagrange_cli.native.lanes import suits_lanes, with_lanes
+
         rates = Steps(RATES, store_momenta=True)
         program = write_program(inner, rates, integrands, plan.observed, observing=observing)
         if suits_lanes(program, inner, integrands.values()):
