@@ -165,10 +165,10 @@ def prepare_system(
         return program, replace(recording, left_out=left_out)
 
     def written_out(stage: Stage) -> tuple[Program, Recording]:
-        with stage("derive"):
-            residual = derive(spec)
         with stage("import"):
             from lagrange_cli.integrate.program import write_run
+        with stage("derive"):
+            residual = derive(spec)
         with stage("program"):
             return write_run(residual, compilation)
 
