@@ -18,6 +18,8 @@ FAR = 1000
 SHORT = 30
 """The number of characters in parentheses that are rather not broken."""
 FACTOR = re.compile(r"[*/]\w*\(")
+SETS = re.compile(r"(?<=,) (?=\S+ (?:->|→) )")
+"""Between what an event sets."""
 CHARACTERS_A_STEP = 5
 
 
@@ -55,8 +57,10 @@ def formula(statement: Statement) -> list[str]:
 def sentence(statement: Statement) -> list[str]:
     """``left: remark``, or ``left = right`` with the remark below it."""
     if not statement.right:
-        return ["  " + ": ".join(filter(None, (statement.left, statement.remark)))]
-    return [*wrap(f"{statement.left} = {statement.right}"), f"    {statement.remark}"]
+        return wrap(": ".join(filter(None, (statement.left, statement.remark))))
+    several = [statement.remark] if len(statement.remark) < WIDTH else SETS.split(statement.remark)
+    remark = [("    " if i else "  ") + line for i, one in enumerate(several) for line in wrap(one)]
+    return [*wrap(f"{statement.left} = {statement.right}"), *remark]
 
 
 def wrap(text: str) -> list[str]:

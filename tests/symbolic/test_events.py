@@ -108,3 +108,20 @@ def test_conservation_laws_say_which_events_break_them(equations):
     assert found["h"].because.endswith("only between events, as 'the_floor' may change it")
     data = as_data(equations, "lagrange", {})["conserved"]
     assert data[-1]["broken_by"] == ["the_floor"]
+
+
+def test_long_actions_are_broken_between_what_they_set():
+    """An elliptic billiard. Before, they made a line of 233 characters."""
+    text = """
+    parameters: {a: 2, b: 1}
+    coordinates: {x: {initial: 0.2, velocity: 0.5}, y: {initial: 0, velocity: 0.9}}
+    lagrangian: (x_dot**2 + y_dot**2)/2
+    definitions: {u: x/a**2, v: y/b**2, s: 2*(x_dot*u + y_dot*v)/(u**2 + v**2)}
+    events:
+      wall: {when: x*u + y*v - 1, direction: rising, action: {set: {x_dot: x_dot - s*u, y_dot: y_dot - s*v}}}
+    """
+    for page, arrow in ((as_text, "->"), (as_unicode, "→")):
+        lines = page(derived(text), "hamilton").splitlines()
+        assert max(map(len, lines)) <= 104
+        (second,) = (line for line in lines if arrow in line and "rising" not in line)
+        assert second.startswith(f"      {normalize('NFD', 'ẏ') if arrow == '→' else 'y_dot'} {arrow} ")
