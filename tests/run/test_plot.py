@@ -10,7 +10,9 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map
 from lagrange_cli.run.plot import PlotRequest, page_of
 from lagrange_cli.run.plots import reading
+from lagrange_cli.run.plots.motions import Run
 from lagrange_cli.run.plots.quantities import Quantity, quantities, unit_text
+from lagrange_cli.run.plots.sweeps import over_members
 from lagrange_cli.store.result import Result
 from tests.support.command import SYSTEMS, lagrange
 
@@ -24,6 +26,7 @@ def folder(tmp_path_factory):
     lagrange("solve", pendulum, "--stop", "5", "--outputs", "q", "-o", "few.h5", cwd=made)
     grid = ("--over", "l=1:2:3", "--over", "theta=0.1:0.2:2", "--stop", "2", "--outputs", "q,h")
     lagrange("sweep", pendulum, *grid, "-o", "grid.h5", cwd=made)
+    lagrange("sweep", pendulum, "--over", "l=1:2:3", "--stop", "2", "-o", "line.h5", cwd=made)
     drawn = ("--random", "theta=normal(0,0.1)", "--members", "7", "--seed", "1", "--stop", "2")
     lagrange("sweep", pendulum, *drawn, "-o", "drawn.h5", cwd=made)
     henon = "section", SYSTEMS / "henon_heiles.yaml", "--where", "x", "--crossings"
@@ -46,6 +49,16 @@ def test_curves_are_the_samples_of_the_file(folder):
     np.testing.assert_array_equal([phase.items[0].x, phase.items[0].y], [theta, v])
     assert (q.x, q.y) == ("$t$ (s)", r"$\theta$ (rad)")
     assert (phase.x, phase.y) == (r"$\theta$ (rad)", r"$\dot{\theta}$ (rad/s)")
+
+
+def test_drifts_of_members_are_points_where_some_are_0(folder):
+    """A line would come down from each neighbour of such a member, as 0 is nowhere on a logarithmic scale."""
+    with Result(str(folder / "line.h5")) as result:
+        run = Run(result, quantities(result))
+        for values, points in ([1e-15, 0.0, 2e-15], True), ([1e-15, 3e-15, 2e-15], False):
+            (curve,) = over_members(run, np.array(values), "drift", "drift", logarithmic=True).items
+            assert curve.points is points
+            np.testing.assert_array_equal(curve.y, np.where(np.array(values) > 0, values, np.nan))
 
 
 @pytest.mark.exhaustive(keep=0.35)

@@ -143,7 +143,9 @@ def over_members(run: Run, values: np.ndarray, title: str, label: str, logarithm
     """A number of each member: over one swept parameter, as a map over two, else as a histogram."""
     axes = swept(run)
     if len(axes) == 1:
-        curve = Curve(axes[0].values, finite(values), points=len(values) > 200)
+        zeros = logarithmic and not np.all(values > 0)  # which a line would come down to from its neighbours
+        shown = np.where(values > 0, values, np.nan) if zeros else values
+        curve = Curve(axes[0].values, finite(shown), points=len(values) > 200 or zeros)
         return Panel(title, axes[0].label, label, (curve,), logarithmic="y" if logarithmic else "")
     if len(axes) == 2:
         shown = np.log10(np.where(values > 0, values, np.nan)) if logarithmic else finite(values)
