@@ -22,7 +22,7 @@ MOST_LABELS = 8
 VECTORS = 20_000
 """A curve of more points is a picture within the file, so that this stays small."""
 SPARSE = 200
-"""Fewer points are drawn larger."""
+"""Fewer points are drawn larger, unless they are those of one motion among others."""
 SHADES = "viridis"
 LETTERS_PER_INCH, KEY, TITLE_LETTERS = 14.0, 6, 9
 """How many letters of a legend have room beside one another, how many a key takes, and how many of the title
@@ -217,8 +217,9 @@ def draw_curve(axes: Any, curve: Curve) -> None:
     if curve.shade is not None:
         color = colormaps[SHADES](curve.shade)
     look: dict[str, Any] = {"color": color, "rasterized": len(curve.x) > VECTORS}
+    sparse = len(curve.x) <= SPARSE and curve.shade is None
     look |= (
-        {"ls": "", "marker": ".", "ms": 2.5 if len(curve.x) > SPARSE else 7, "mew": 0}
+        {"ls": "", "marker": ".", "ms": 7 if sparse else 2.5, "mew": 0}
         if curve.points
         else {"lw": 1.2 if curve.shade is None else 0.9}
     )
