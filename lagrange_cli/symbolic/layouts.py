@@ -18,6 +18,7 @@ FAR = 1000
 SHORT = 30
 """The number of characters in parentheses that are rather not broken."""
 FACTOR = re.compile(r"[*/]\w*\(")
+ARROW = re.compile(r" (?:->|→) ")
 SETS = re.compile(r"(?<=,) (?=\S+ (?:->|→) )")
 """Between what an event sets."""
 CHARACTERS_A_STEP = 5
@@ -57,10 +58,17 @@ def formula(statement: Statement) -> list[str]:
 def sentence(statement: Statement) -> list[str]:
     """``left: remark``, or ``left = right`` with the remark below it."""
     if not statement.right:
-        return wrap(": ".join(filter(None, (statement.left, statement.remark))))
-    several = [statement.remark] if len(statement.remark) < WIDTH else SETS.split(statement.remark)
-    remark = [("    " if i else "  ") + line for i, one in enumerate(several) for line in wrap(one)]
-    return [*wrap(f"{statement.left} = {statement.right}"), *remark]
+        return said(": ".join(filter(None, (statement.left, statement.remark))))
+    below = ["  " + line for line in said(statement.remark)]
+    return [*wrap(f"{statement.left} = {statement.right}"), *below]
+
+
+def said(text: str) -> list[str]:
+    """Words, indented; what an event sets is broken where it is long, between its values first of all."""
+    if len(text) < WIDTH or not ARROW.search(text):
+        return ["  " + text]
+    parts = enumerate(SETS.split(text))
+    return ["  " * (i > 0) + line for i, one in parts for line in wrap(one)]
 
 
 def wrap(text: str) -> list[str]:
