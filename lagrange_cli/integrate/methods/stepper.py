@@ -181,6 +181,8 @@ class Stepper:
                     pause = min(pause, self._earlier.steps_to_mark(self.steps))
                 if self._every:
                     pause = min(pause, self._every - self.steps % self._every)
+                if self._happenings is not None:
+                    pause = min(pause, self._happenings.left)
                 stop = space.advance(self._stop, times, done, len(wanted) - done, last, pause)
             else:
                 early = np.where(times <= self._first, times, np.nan)
