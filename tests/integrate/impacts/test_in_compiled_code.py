@@ -73,8 +73,9 @@ def in_python(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
 
 
 def moved(system: str, method: str) -> Motion:
+    """So far that it hits something, and does not rest."""
     tolerance = 2.0**-52 if method in ("taylor", "ias15") else 1e-10
-    return follow(system, 1.5, 40, method=method, tolerance=tolerance)
+    return follow(system, 3.0 if "stopper" in system else 1.5, 40, method=method, tolerance=tolerance)
 
 
 @pytest.mark.exhaustive(keep=4)
