@@ -58,10 +58,11 @@ def events_of(
 
 
 def reached_by(events: Iterable[tuple[int, int, int]], degrees: int) -> tuple[tuple[int, int], ...]:
-    """What impacts depend on at which the motion may rest: all coordinates, as forces of contact may change
-    with any velocity. So compiled code does no action while something rests, or is hit at the same time."""
-    resting = [i for i, (*_, kind) in enumerate(events) if kind >= 0]
-    return tuple((i, k) for i in resting for k in range(degrees))
+    """What impacts depend on at which the motion may rest, if it is not alone among ``events`` that act: all
+    coordinates, as forces of contact may change with any velocity. So compiled code does no action while
+    something rests, or is hit at the same time."""
+    acting = [(i, kind) for i, (_, role, kind) in enumerate(events) if role != Role.RECORD]
+    return tuple((i, k) for i, kind in acting if kind >= 0 for k in range(degrees)) if len(acting) > 1 else ()
 
 
 def _changed(model: Model[Node]) -> Sequence[int]:

@@ -41,10 +41,9 @@ COSTLY = 256
 UNSEEN = 2.0**-47
 """A flight no higher than this part of the argument's terms may be hidden by rounding, for methods that know
 values of the argument instead of its series: they would miss the next impact."""
-RECORDS = 32
-"""Crossings of which compiled code keeps a record before they are taken from it."""
-MOST_RECORDS, ROOM = 1024, 2**21
-"""The same, where members bounce until they rest: at most, and in so many doubles."""
+RECORDS, MOST_RECORDS, ROOM = 32, 1024, 2**21
+"""Crossings of which compiled code keeps a record before they are taken from it: at least, at most, and in so
+many doubles."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
 """Where a record has the number of the guard, and three coefficients of its argument's series, from its rate
 on."""
@@ -194,7 +193,7 @@ class GuardRows:
 
     def records(self, layout: StateLayout) -> int:
         """Crossings of which a record may be kept."""
-        return max(RECORDS, min(MOST_RECORDS, ROOM // layout.memory)) if self.bounces else RECORDS
+        return max(RECORDS, min(MOST_RECORDS, ROOM // layout.memory))
 
     def mode(self, layout: StateLayout) -> int:
         """The place of the first mode in memory."""

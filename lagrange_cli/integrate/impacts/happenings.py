@@ -100,6 +100,11 @@ class Happenings:
             self._standstill.hold()
         return None
 
+    @property
+    def left(self) -> int:
+        """How many events, each of which ends a step, it takes for them to be too many."""
+        return max(1, int(self._most) - self._count + 1)
+
     def moving(self) -> Moving | None:
         """How the motion is before switches are looked at."""
         return self._standstill.now() if self._standstill.possible else None

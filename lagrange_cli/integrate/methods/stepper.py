@@ -181,6 +181,8 @@ class Stepper:
                     pause = min(pause, self._earlier.steps_to_mark(self.steps))
                 if self._every:
                     pause = min(pause, self._every - self.steps % self._every)
+                if self._happenings is not None:
+                    pause = min(pause, self._happenings.left)
                 stop = space.advance(self._stop, times, done, len(wanted) - done, last, pause)
             else:
                 early = np.where(times <= self._first, times, np.nan)
@@ -206,6 +208,8 @@ class Stepper:
                 if not interrupt(space.t):
                     continue
                 stop = Stop.PAUSE
+            if stop is Stop.PAUSE and self.finished is not None:
+                return Stop.GUARD, done
             if self._earlier and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
                 given = times[done : len(wanted)], self._stop, lambda t: 0 if halt(t) else self._pause
                 on_the_way, self.limited = self._earlier.passed(*given, limited=self.limited)

@@ -34,6 +34,8 @@ MANY = 32
 """From so many guards on a vector of them is looked at together."""
 STOPPED = 2.0**-50, 2.0**-102
 """A vector is 0 but for rounding up to this part of the velocities that it is made of."""
+CLEARLY = 1.0 + 2.0**-44
+"""What exceeds the sum of all other terms by this factor is not 0, whatever is rounded."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
@@ -142,13 +144,17 @@ class GuardSearch:
         reach = f.variable(Real(f, "%h"))
 
         def look(row: Pointer, start: Real, side: Real, fresh: Bit, j: Integer) -> None:
-            reach.set(f.call(Real, "known", row, reach.get()))
-            given = row, reach.get(), start, side, fresh, f.pointer("%scratch")
-            found = f.call(Real, "first_root", *given)
-            with f.when(found < earliest.get()):
-                earliest.set(found)
-                which.set(j)
-                reach.set(f.larger(f.constant(0.0), f.smaller(found, reach.get())))
+            length, size = f.parts((Real, Real), "known", row, reach.get())
+            reach.set(length)
+            u = f.load(row, self.lengths.term)
+            clear = start + u * side + f.magnitude(u) > size * CLEARLY
+            with f.when(fresh | ~clear):
+                given = row, reach.get(), start, side, fresh, f.pointer("%scratch")
+                found = f.call(Real, "first_root", *given)
+                with f.when(found < earliest.get()):
+                    earliest.set(found)
+                    which.set(j)
+                    reach.set(f.larger(f.constant(0.0), f.smaller(found, reach.get())))
 
         with self._suspects(f, reach) as j:
             if self.actions.any:
@@ -305,7 +311,7 @@ class GuardSearch:
         with f.when(undecided):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             fresh = f.load(state, mark) > 0.0
-            known = f.call(Real, "known", row, Real(f, "%h"))
+            known, _ = f.parts((Real, Real), "known", row, Real(f, "%h"))
             side = f.call(Real, "side_of", row, known, fresh, f.pointer("%scratch"))
             f.store(side, state, mode)
             with f.when(f.load(row, self.lengths.term).equals(0.0)):

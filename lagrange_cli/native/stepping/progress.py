@@ -103,7 +103,7 @@ class Progress:
         """Whether the caller is to have a look: after so many steps, or where no further action of an event
         can be recorded."""
         guards, paused = self.steps.guards, self.taken.get() >= self.pause
-        if guards is None or not guards.alone:
+        if guards is None or not guards.actions.any:
             return paused
         most = guards.rows.records(guards.layout)
         return paused | (self.f.load_integer(self.info, RECORDED) + 1 >= most)
