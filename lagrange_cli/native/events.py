@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIDES, SIMPLE, STEEP, Role
 
-FEW_EVENTS = 64
+FEW_EVENTS = 256
 """Events of the largest system whose actions compiled code does."""
 
 

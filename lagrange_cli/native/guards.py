@@ -192,8 +192,10 @@ class GuardRows:
         return parts * (self.parameters + self.count) + 2 * self.events + self.count
 
     def records(self, layout: StateLayout) -> int:
-        """Crossings of which a record may be kept."""
-        return max(RECORDS, min(MOST_RECORDS, ROOM // layout.memory))
+        """Crossings of which a record may be kept. Where steps are on rates, it is the caller that finds out
+        that a motion rests, whose velocities are rounding errors."""
+        many = self.bounces or not layout.carried
+        return max(RECORDS, min(MOST_RECORDS, ROOM // layout.memory)) if many else RECORDS
 
     def mode(self, layout: StateLayout) -> int:
         """The place of the first mode in memory."""
