@@ -36,6 +36,8 @@ class Modes:
         self.merged = Merging(self.graph, self.moving).merged
         self.closed = False
         """Whether the equations are written: switches with other arguments than theirs have no modes then."""
+        self.holds = True
+        """Whether a motion may stay on a switch that has no mode yet: not if no force contains it."""
         rows = self.merged(residual.residual)
         speeds = union(residual.model.v)
         self.unbounded = {one for one in unbounded(self.graph, rows, self.moving) if not one.symbols & speeds}
@@ -132,8 +134,8 @@ class Modes:
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[0])
-        able = self._moves(original) and original not in self.free | self.unbounded and not self.closed
-        if guard.auxiliary is None and able:
+        able = self.holds and not self.closed and original not in self.free | self.unbounded
+        if guard.auxiliary is None and able and self._moves(original):
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
             self.holding |= self.multipliers[-1].symbols
