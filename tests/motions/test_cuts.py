@@ -89,6 +89,23 @@ def test_the_state_there_is_that_before_the_jump():
     assert [*final.q.values()] == pytest.approx([-1, 0, -math.pi / 5], abs=1e-14)
 
 
+def test_an_energy_jumps_where_another_side_of_a_kink_begins():
+    """x*angle is below 0 before the cut, where nothing acts, and far above 0 behind it."""
+    motion = follow(PLANE.format(x=-1, potential="max(0, x*atan2(y, x) - 0.3)"), 2.0)
+    final = motion.outcome.final
+    assert motion.outcome.ending is Ending.CUT and motion.outcome.h_drift <= 1e-14
+    assert (final.t, final.q["x"], final.q["y"]) == pytest.approx((0.5, -0.95, 0), abs=1e-13)
+
+
+def test_a_kink_by_an_angle_changes_nothing_where_the_motion_does_not_reach_it():
+    """Not even where x = 0, where the angle would have no series if y were 0."""
+    plain, kinked = (
+        follow(PLANE.format(x=-1, potential=one), 2.0) for one in ("2*atan2(y, x)", "max(-9, 2*atan2(y, x))")
+    )
+    assert plain["q/x"][0] < 0 < plain["q/x"][-1] and kinked.t[-1] == 2.0
+    assert np.max(np.abs(plain["q/x"] - kinked["q/x"])) < 1e-12
+
+
 def test_a_method_that_steps_over_it_says_so():
     motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, method="LSODA", tolerance=1e-9)
     assert "cuts" in motion.outcome.undetected
