@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from tests.support.command import lagrange
-from tests.support.motion import follow
+from tests.support.motion import FULL, follow
 
 PLANE = """
     coordinates: {{x: {{initial: {x}, velocity: 0.1}}, y: {{initial: 0.5, velocity: -1}}}}
@@ -104,6 +104,22 @@ def test_a_kink_by_an_angle_changes_nothing_where_the_motion_does_not_reach_it()
     )
     assert plain["q/x"][0] < 0 < plain["q/x"][-1] and kinked.t[-1] == 2.0
     assert np.max(np.abs(plain["q/x"] - kinked["q/x"])) < 1e-12
+
+
+@pytest.mark.parametrize(("method", "far"), [("taylor", 1e-12), ("ias15", 1e-9), ("DOP853", 1e-6)])
+def test_kinks_within_kinks_by_an_angle_are_found_behind_the_cut(method, far):
+    """The same energy by the angle from the other side, which has its cut elsewhere."""
+    angles = "abs(atan2(y, x))", "pi - abs(atan2(-y, -x))"
+    start = "coordinates: {x: {initial: -0.6, velocity: 0.2}, y: {initial: -0.24, velocity: 1.4}}"
+    energy = "lagrangian: (x_dot**2 + y_dot**2)/2 - (x**2 + y**2)/3 - abs(%s - 2)"
+    tolerance = FULL if method == "taylor" else 1e-10
+    found, known = (
+        follow(f"{start}\n{energy % one}\n", 1.0, method=method, tolerance=tolerance) for one in angles
+    )
+    sizes = abs(np.arctan2(found["q/y"], found["q/x"]))
+    assert found["q/y"][0] < 0 < found["q/y"][-1] and sizes[-1] < 2 < 3 < max(sizes)
+    for name in ("q/x", "q/y"):
+        assert np.max(np.abs(found[name] - known[name])) < far
 
 
 def test_a_method_that_steps_over_it_says_so():
