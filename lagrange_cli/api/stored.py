@@ -130,6 +130,11 @@ class Stored(Pictured):
             raise AttributeError("there are no samples: name outputs, as in outputs=['q']")
         return self["t"]
 
+    @property
+    def events(self) -> Group:
+        """The crossings of events by their names."""
+        return Group("events/", self._arrays)
+
     def __getattr__(self, name: str) -> Any:
         if name not in OUTPUTS:
             raise AttributeError(f"there is no {name!r}")

@@ -90,10 +90,12 @@ def follow(
     layout = layout_of(ready, units)
     layout.check_size(ready.times.count)
     samples, crossings = Collector(), Collector()
+    never = {one.path: np.empty((0, *one.shape)) for event in layout.events for one in event.series}
     whole = None if demand is not None else Checkpointing[Progress](None, Schedule(inf, inf), ignore)
     with monitor.interrupts() as interrupted:
         outcome = follow_motion(ready, demand, monitor, samples.add, interrupted, crossings.add, whole)
-    return Followed(ready.motion, ready.times, layout, outcome, samples.whole(), crossings.whole(), demand)
+    happened = {**never, **crossings.whole()}
+    return Followed(ready.motion, ready.times, layout, outcome, samples.whole(), happened, demand)
 
 
 def ignore(reached: Progress) -> None:

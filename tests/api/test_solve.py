@@ -325,6 +325,14 @@ def test_threads_have_the_numbers_of_one(made):
     assert all(np.array_equal(a, b) for a, b in zip(alone, together, strict=True))
 
 
+def test_an_event_that_never_happened_has_no_crossings(tmp_path):
+    text = "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2\nevents: {far: {when: x - 5}}\n"
+    motion = lagrange.solve(text, stop=1)
+    motion.save(tmp_path / "free.h5")
+    for found in (motion, lagrange.load(tmp_path / "free.h5")):
+        assert found.events["far"]["t"].shape == found.events["far"]["v/x"].shape == (0,)
+
+
 @pytest.mark.exhaustive(keep=0.45)
 def test_a_motion_becomes_a_tree_of_xarray():
     tree = lagrange.solve(

@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from tests.support.command import lagrange
-from tests.support.motion import follow
+from tests.support.motion import FULL, follow
 
 PLANE = """
     coordinates: {{x: {{initial: {x}, velocity: 0.1}}, y: {{initial: 0.5, velocity: -1}}}}
@@ -87,6 +87,39 @@ def test_the_state_there_is_that_before_the_jump():
     final = follow(text, 6.0).outcome.final
     assert final.t == pytest.approx(math.sqrt(2 * math.pi * 1.04 / (9.81 * 0.2)), rel=1e-14)
     assert [*final.q.values()] == pytest.approx([-1, 0, -math.pi / 5], abs=1e-14)
+
+
+def test_an_energy_jumps_where_another_side_of_a_kink_begins():
+    """x*angle is below 0 before the cut, where nothing acts, and far above 0 behind it."""
+    motion = follow(PLANE.format(x=-1, potential="max(0, x*atan2(y, x) - 0.3)"), 2.0)
+    final = motion.outcome.final
+    assert motion.outcome.ending is Ending.CUT and motion.outcome.h_drift <= 1e-14
+    assert (final.t, final.q["x"], final.q["y"]) == pytest.approx((0.5, -0.95, 0), abs=1e-13)
+
+
+def test_a_kink_by_an_angle_changes_nothing_where_the_motion_does_not_reach_it():
+    """Not even where x = 0, where the angle would have no series if y were 0."""
+    plain, kinked = (
+        follow(PLANE.format(x=-1, potential=one), 2.0) for one in ("2*atan2(y, x)", "max(-9, 2*atan2(y, x))")
+    )
+    assert plain["q/x"][0] < 0 < plain["q/x"][-1] and kinked.t[-1] == 2.0
+    assert np.max(np.abs(plain["q/x"] - kinked["q/x"])) < 1e-12
+
+
+@pytest.mark.parametrize(("method", "far"), [("taylor", 1e-12), ("ias15", 1e-9), ("DOP853", 1e-6)])
+def test_kinks_within_kinks_by_an_angle_are_found_behind_the_cut(method, far):
+    """The same energy by the angle from the other side, which has its cut elsewhere."""
+    angles = "abs(atan2(y, x))", "pi - abs(atan2(-y, -x))"
+    start = "coordinates: {x: {initial: -0.6, velocity: 0.2}, y: {initial: -0.24, velocity: 1.4}}"
+    energy = "lagrangian: (x_dot**2 + y_dot**2)/2 - (x**2 + y**2)/3 - abs(%s - 2)"
+    tolerance = FULL if method == "taylor" else 1e-10
+    found, known = (
+        follow(f"{start}\n{energy % one}\n", 1.0, method=method, tolerance=tolerance) for one in angles
+    )
+    sizes = abs(np.arctan2(found["q/y"], found["q/x"]))
+    assert found["q/y"][0] < 0 < found["q/y"][-1] and sizes[-1] < 2 < 3 < max(sizes)
+    for name in ("q/x", "q/y"):
+        assert np.max(np.abs(found[name] - known[name])) < far
 
 
 def test_a_method_that_steps_over_it_says_so():

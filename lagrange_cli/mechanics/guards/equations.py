@@ -71,8 +71,10 @@ def assembled(
     foresee_multipliers(modes)
     quadratures = modes.frozen([*integrands.values()])
     events = modes.frozen([event.argument for event in residual.model.events])
+    modes.holds = False
     places = modes.frozen([one.y for one in broken])
     breaks = modes.frozen([node for one in broken for node in (one.x, one.jump, one.usual)])
+    modes.holds = True
     inner = frozenset(
         guard.original
         for guard in modes.guards.values()

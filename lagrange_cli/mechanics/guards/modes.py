@@ -36,6 +36,8 @@ class Modes:
         self.merged = Merging(self.graph, self.moving).merged
         self.closed = False
         """Whether the equations are written: switches with other arguments than theirs have no modes then."""
+        self.holds = True
+        """Whether a motion may stay on a switch: not on those of which no force consists."""
         rows = self.merged(residual.residual)
         speeds = union(residual.model.v)
         self.unbounded = {one for one in unbounded(self.graph, rows, self.moving) if not one.symbols & speeds}
@@ -89,7 +91,7 @@ class Modes:
             return None
 
         nodes = [self._by_length(node) for node in self.merged(nodes)]
-        return rewritten(self.graph, nodes, change, self.made)
+        return rewritten(self.graph, nodes, change, self.made if self.holds else {})
 
     def _by_length(self, node: Node) -> Node:
         """A node that contains u/|u| for vectors u, with unknowns in its place while the motion is held."""
@@ -120,7 +122,7 @@ class Modes:
         inside = (above - below).symbols & self.holding
         if inside and self._reverses(node) and original not in self.free:
             self.coefficients |= inside
-        if node in self.inertial or inside:
+        if node in self.inertial or inside or not self.holds:
             return graph.switch(guard.mode, above, below, -1)
         if not self._jumps(node):
             resting = self._resting(original, above, below)

@@ -60,15 +60,14 @@ def cuts_of(graph: Graph, nodes: Sequence[Node], moving: int) -> list[Cut]:
         for node in nodes:
             if angle not in reachable([node]):
                 continue
-            jump = _change(graph, node, angle, -math.pi, math.pi)
+            jump = _change(graph, node, angle, -math.pi, math.pi, everywhere=True)  # not |angle|
             usual = [_change(graph, node, angle, *ends) for ends in ORDINARY]
-            whole = _change(graph, node, angle, -math.pi, math.pi, True)
-            if _may_jump(Cut(y, x, _squares(graph, [whole]), _squares(graph, usual))):  # not |angle|
+            there, *others = (where_zero(graph, one, y) for one in (jump, *usual))
+            if _may_jump(_squares(graph, [there]), _squares(graph, others)):
                 jumps.append(jump)
                 changes += usual
-        cut = Cut(y, x, _squares(graph, jumps), _squares(graph, changes))
-        if _may_jump(cut):
-            found.append(cut)
+        if jumps:
+            found.append(Cut(y, x, _squares(graph, jumps), _squares(graph, changes)))
     return found
 
 
@@ -85,10 +84,10 @@ def _squares(graph: Graph, nodes: Sequence[Node]) -> Node:
 def _change(
     graph: Graph, node: Node, angle: Node, first: float, last: float, everywhere: bool = False
 ) -> Node:
-    """How ``node`` changes with the angle, at y = 0."""
-    y, _ = angle.arguments
+    """How ``node`` changes with the angle; y, which is 0 at the cut, stays in it: other angles may have no
+    series where it is 0."""
     start, end = (_at(graph, node, angle, value, everywhere) for value in (first, last))
-    return where_zero(graph, end - start, y)
+    return end - start
 
 
 def _at(graph: Graph, node: Node, angle: Node, value: float, everywhere: bool) -> Node:
@@ -103,15 +102,15 @@ def _at(graph: Graph, node: Node, angle: Node, value: float, everywhere: bool) -
     return rewritten(graph, [node], change, {angle: graph.constant(value)})[0]
 
 
-def _may_jump(cut: Cut) -> bool:
-    """Whether it does at a random state."""
-    if cut.jump.is_zero:
+def _may_jump(jump: Node, usual: Node) -> bool:
+    """Whether something does at a random state: by its squares, as of a ``Cut``."""
+    if jump.is_zero:
         return False
     source = random.Random(0)
-    names = sorted({str(one.data) for one in reachable([cut.jump, cut.usual]) if one.kind is Kind.SYMBOL})
+    names = sorted({str(one.data) for one in reachable([jump, usual]) if one.kind is Kind.SYMBOL})
     for _ in range(POINTS):
         values = {name: source.uniform(0.2, 1.3) * source.choice((-1, 1)) for name in names}
-        value, _ = evaluate([cut.jump, cut.usual], values)
-        if not value[cut.jump] <= ROUNDED * value[cut.usual]:
+        value, _ = evaluate([jump, usual], values)
+        if not value[jump] <= ROUNDED * value[usual]:
             return True
     return False

@@ -20,7 +20,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import NOTE
 from lagrange_cli.native.stepping.at_once import UNCLEAR
-from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
+from lagrange_cli.native.stepping.guard_search import FROM_BOTH, JUMP, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.steps import copy_function
 from lagrange_cli.native.stepping.stopping import stopping_tables
@@ -87,6 +87,8 @@ class GuardCode(GuardSearch):
         before = f.load(state, mode)
         with f.when(role.equals(Role.SWITCH) & before.equals(0.0)):
             f.give(f.count(AWAY))
+        with f.when(role.equals(Role.SWITCH) & self._has_jumped(f, j, before)):
+            f.give(f.count(AWAY))
         result = f.variable(f.count(NOTED))
         if self.rows.events:
             self._note(f, role, j, before, result)
@@ -100,6 +102,14 @@ class GuardCode(GuardSearch):
             self._prepare(f, state)
         f.give(result.get())
         return f
+
+    def _has_jumped(self, f: Function, j: Integer, mode: Real) -> Bit:
+        """Whether the argument of a guard is on its other side, but has not been 0: it has jumped there, as
+        over the cut of atan2."""
+        row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
+        u, rate = f.load(row, term), f.load(row, 2 * term)
+        step = f.load(f.pointer("%state"), self.layout.at(Clock.STEP))
+        return (u * mode < 0.0) & (f.magnitude(u) > f.magnitude(rate * step) * JUMP)
 
     def _first_of_all(self, f: Function, j: Integer) -> Integer:
         """The guard of the impact that comes first, if that of ``j`` is one of several now."""
