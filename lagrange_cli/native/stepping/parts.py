@@ -164,6 +164,12 @@ class StepParts:
         change = choice(f, part.short, linear, summed)
         return sums.sum(f, (row.at(self.at.arrays), row.at(self.at.arrays, self.low)), change)
 
+    def slight(self, row: Row, change: Real, size: Real, h: Real, t: Real) -> Bit:
+        """Whether a ``change`` of an integrand of some ``size`` within ``h`` matters no more to the integral
+        than rounding errors of the time and of the integral so far."""
+        so_far = row.floored(self.f.magnitude(row.at(self.at.arrays)), self.at.there)
+        return change * h <= (size * self.own.wide(self.f, t) + so_far) * self.bounds.rounding
+
     def known(self, row: Row, part: int = 0) -> Real:
         """A rate, or 0."""
         rate = self.rate(row)[part]
