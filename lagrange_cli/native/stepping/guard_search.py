@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
-from lagrange_cli.native.stepping.stopping import Searched, first_reached, first_stopped, sliding
+from lagrange_cli.native.stepping.stopping import Searched, first_reached, first_stopped, first_straight, sliding
 from lagrange_cli.records import dataclass
 
 NO_GUARD = -1
@@ -123,6 +123,27 @@ class GuardSearch:
         cut = f.load_integer("@guard_roles", which).equals(Role.CUT)
         return f.select(cut, f.smaller(ahead, root + ahead * BEYOND), root)
 
+    @property
+    def _searched(self) -> Searched:
+        return Searched(self.rows, self.lengths, self.layout, STOPPED[self.layout.parts - 1])
+
+    @property
+    def stopping(self) -> bool:
+        """Whether there are vectors that steps by series lead to 0."""
+        return not self.interpolated and self.layout.parts == 1 and bool(sliding(self.rows))
+
+    def straight(self, f: Function, h: Real, last: Real) -> tuple[Real, Integer, Bit]:
+        """What ``first_straight`` finds."""
+        places = f.pointers("state", "work")
+        zero, which, short = f.parts((Real, Integer, Bit), "first_straight", *places, h, last)
+        return zero, which, short
+
+    def _straight(self) -> Function:
+        head = "define internal { double, i64, i1 } @first_straight(ptr %state, ptr %work, double %h, double %last)"
+        f = Function(f"{head} #0")
+        f.give(*first_straight(self._searched, f, *f.reals("h", "last")))
+        return f
+
     def largest(self, f: Function) -> Real:
         """The sum of the last coefficients of all arguments: not finite where one of these is not."""
         total = f.variable(f.constant(0.0))
@@ -178,11 +199,10 @@ class GuardSearch:
                 row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
-        searched = Searched(rows, self.lengths, layout, STOPPED[layout.parts - 1])
         if self.interpolated:
-            first_reached(searched, f, self.tolerance, self.longest, earliest, which)
+            first_reached(self._searched, f, self.tolerance, self.longest, earliest, which)
         else:
-            first_stopped(searched, f, earliest, which)
+            first_stopped(self._searched, f, earliest, which)
         # a later guard's argument may be known for less of the step than to an earlier one's root
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())

@@ -9,15 +9,16 @@ is taken on to there if the way is so short that rates hardly change on it.
 from __future__ import annotations
 
 import math
-from functools import reduce
+from collections.abc import Callable
 
 from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.roots import NONE
 from lagrange_cli.records import dataclass
 
 WAY, LOOSER = 2.0**-24, 2.0**-6
@@ -30,8 +31,18 @@ RESOLVED = 2.0**-46
 """Both may be this part of the time, and of what u loses in it: nothing shorter is resolved."""
 SHRINKS = 0.5
 """In this step u becomes shorter by this factor: rates of what hardly changes are rounding errors."""
-NUMBERS = 4
-"""Numbers of each vector in the table of steps on rates."""
+NUMBERS = 5
+"""Numbers of each vector in the table."""
+FARTHER, GUESSED = 1600.0, 2.0
+"""The last terms of series may be so much larger than in other steps where a vector goes straight to 0: they
+are rounding errors of its direction. First guesses of the time may be so much longer."""
+ROUNDS = 6
+"""Better guesses."""
+ENDS = 2.0**6
+"""A way is short that fits into the last step so many times."""
+STRAIGHT, SMALL = 2.0**-44, 2.0**-10
+"""A vector goes straight to 0 if no more than this part of it is left there. It is small beside velocities
+up to this part of them."""
 
 
 @dataclass(frozen=True)
@@ -50,58 +61,144 @@ def sliding(rows: GuardRows) -> list[int]:
     return [j for j in rows.vectors if rows.guards[j].multiplier]
 
 
-def stopping_tables(rows: GuardRows, *, interpolated: bool) -> list[str]:
-    """The numbers of those that are alone; or of all, for steps on rates, with their first parts, the number
-    of these, and the coordinates that belong to them."""
+def stopping_tables(rows: GuardRows) -> list[str]:
+    """The numbers of those vectors, their first parts, the number of these, the coordinates that belong to
+    them, and whether each is alone; and for each guard, which of them it is, from 1 on."""
     listed = sliding(rows)
-    if not interpolated:
-        alone = [j for j in listed if rows.guards[j].alone]
-        return [table("stopping", alone)] if alone else []
     numbers, pivots = list[int](), list[int]()
     for j in listed:
         guard = rows.guards[j]
-        numbers += [j, guard.beside, guard.parts, len(pivots)]
+        numbers += [j, guard.beside, guard.parts, len(pivots), int(guard.alone)]
         pivots += guard.pivots
-    every = [int(j in listed) for j in range(rows.count)]
+    places = {j: n for n, j in enumerate(listed, 1)}
+    every = [places.get(j, 0) for j in range(rows.count)]
     tables = ("stopping", numbers), ("stopping_pivots", pivots), ("guard_vectors", every)
     return [table(*one) for one in tables] if listed else []
+
+
+class Vector:
+    """One of them, the ``i``-th in the table, in the step whose series are known."""
+
+    def __init__(self, search: Searched, f: Function, i: Integer) -> None:
+        self.search, self.f = search, f
+        self.guard, self.first, self.count, self._pivot, self._alone = (
+            f.load_integer("@stopping", i * NUMBERS + n) for n in range(NUMBERS)
+        )
+
+    @property
+    def slides(self) -> Bit:
+        """Whether friction acts along it."""
+        place = self.guard + self.search.rows.mode(self.search.layout)
+        return self.f.load("%state", place) > 0.0
+
+    def part(self, k: Integer) -> Real:
+        """A part of it."""
+        return self.f.load(self._row(k), self.search.lengths.term)
+
+    def rate(self, k: Integer) -> Real:
+        """The rate of a part."""
+        return self.f.load(self._row(k), 2 * self.search.lengths.term) * 2.0
+
+    def later(self, k: Integer, t: Real) -> Real:
+        """A part of it after a time."""
+        return derivative_at(self.f, self.search.lengths, self._row(k), t)
+
+    def time_left(self) -> Real:
+        """When it is shortest if its rate is constant."""
+        dot, square = self.total(self.part), self.total(self.rate)
+        return -dot / square
+
+    def nearer(self, t: Real) -> Real:
+        """When it is across itself, from a time near then: by Newton's method."""
+        f = self.f
+        value, slope = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))
+        with f.loop(0, self.count) as k:
+            now, row = self.part(k), self._row(k)
+            value.set(f.fused(now, derivative_at(f, self.search.lengths, row, t), value.get()))
+            slope.set(f.fused(now, derivative_at(f, self.search.lengths, row, t, 2), slope.get()))
+        return t - value.get() / slope.get()
+
+    def total(self, of: Callable[[Integer], Real]) -> Real:
+        """The sum of something of each part times its rate."""
+        f = self.f
+        found = f.variable(f.constant(0.0))
+        with f.loop(0, self.count) as k:
+            found.set(f.fused(of(k), self.rate(k), found.get()))
+        return found.get()
+
+    def largest(self, of: Callable[[Integer], Real]) -> Real:
+        """The largest size of something of each part."""
+        f = self.f
+        found = f.variable(f.constant(0.0))
+        with f.loop(0, self.count, tested=False) as k:
+            found.set(f.larger(found.get(), f.magnitude(of(k))))
+        return found.get()
+
+    def speed(self) -> Real:
+        """The fastest of the velocities that it is made of."""
+        return self.largest(lambda k: self.f.load("%state", self._place(k) + self.search.layout.degrees))
+
+    def _place(self, k: Integer) -> Integer:
+        return self.f.load_integer("@stopping_pivots", self._pivot + k)
+
+    def _row(self, k: Integer) -> Pointer:
+        return self.search.lengths.place(self.f, self.first + k)
+
+    @property
+    def alone(self) -> Bit:
+        """Whether what holds it follows from other forces alone."""
+        return self._alone.equals(1)
+
+
+def derivative_at(f: Function, lengths: Lengths, row: Pointer, h: Real, which: int = 1) -> Real:
+    """The first derivative of an integral after a time, or another one."""
+    end = f.constant(0.0)
+    for m in reversed(range(which, lengths.order)):
+        end = f.fused(end, h, f.load(row, m * lengths.term) * float(math.perm(m, which)))
+    return end
 
 
 def first_stopped(search: Searched, f: Function, earliest: Variable[Real], which: Variable[Integer]) -> None:
     """Set the ``earliest`` time to 0 where one of them is 0 but for rounding, and becomes shorter."""
     rows, lengths, listed = search.rows, search.lengths, sliding(search.rows)
-    alone = [j for j in listed if rows.guards[j].alone]
-    for j in listed:
-        if j not in alone:
-            with f.when(_stopped(search, f, j)):
-                earliest.set(f.constant(0.0))
-                which.set(f.count(j))
-    if not alone:
+    if not listed:
         return
     fastest = f.variable(f.zero(lengths.lanes))
-    with lengths.velocities(f) as row:
-        fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
-    near = lengths.gather(f, "fmax", fastest.get()) * search.part
-    with f.loop(0, len(alone), tested=False) as i:
-        k = f.load_integer("@stopping", i)
-        slides = f.load("%state", k + rows.mode(search.layout)) > 0.0
-        place = lengths.place(f, f.load_integer("@guard_rows", k))
-        size, change = (f.load(place, m * lengths.term) for m in (1, 2))
-        with f.when(slides & (size <= near) & (change <= 0.0)):
-            earliest.set(f.constant(0.0))
-            which.set(k)
+    if any(rows.guards[j].alone for j in listed):
+        with lengths.velocities(f) as row:
+            fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
+    of_all = lengths.gather(f, "fmax", fastest.get())
+    with f.loop(0, len(listed), tested=False) as i:
+        vector = Vector(search, f, i)
+        with f.when(vector.slides):
+            near = f.select(vector.alone, of_all, vector.speed()) * search.part
+            change = f.load(lengths.place(f, f.load_integer("@guard_rows", vector.guard)), 2 * lengths.term)
+            with f.when((vector.largest(vector.part) <= near) & (change <= 0.0)):
+                earliest.set(f.constant(0.0))
+                which.set(vector.guard)
 
 
-def _stopped(search: Searched, f: Function, k: int) -> Bit:
-    """Whether a vector is 0 beside the velocities that it is made of, and becomes shorter."""
-    guard, lengths, layout = search.rows.guards[k], search.lengths, search.layout
-    speeds = [f.magnitude(f.load("%state", layout.degrees + i)) for i in guard.pivots]
-    rows = [lengths.place(f, f.count(guard.beside + i)) for i in range(guard.parts)]
-    parts = [f.magnitude(f.load(row, lengths.term)) for row in rows]
-    change = f.load(lengths.place(f, f.count(guard.row)), 2 * lengths.term)
-    slides = f.load("%state", k + search.rows.mode(layout)) > 0.0
-    near = reduce(f.larger, parts) <= reduce(f.larger, speeds) * search.part
-    return slides & (change <= 0.0) & near
+def first_straight(search: Searched, f: Function, h: Real, last: Real) -> tuple[Real, Integer, Bit]:
+    """When the first vector is 0 that goes straight there, in a step that may be somewhat longer than ``h``;
+    its guard; and whether the way there is short: a small part of the ``last`` step, or of the time in which
+    velocities change."""
+    rows, lengths = search.rows, search.lengths
+    earliest, which = f.variable(f.constant(NONE)), f.variable(f.count(0))
+    short, farthest = f.variable(f.never(1)), h * FARTHER ** (1.0 / lengths.top)
+    with f.loop(0, len(sliding(rows)), tested=False) as i:
+        vector = Vector(search, f, i)
+        time = f.variable(vector.time_left())
+        with f.when(vector.slides & (time.get() > 0.0) & (time.get() <= farthest * GUESSED)):
+            for _ in range(ROUNDS):
+                time.set(vector.nearer(time.get()))
+            t, speed = time.get(), vector.speed()
+            now, end = (vector.largest(one) for one in (vector.part, lambda k: vector.later(k, t)))
+            straight = end <= f.larger(now * STRAIGHT, speed * search.part)
+            with f.when(straight & (t > 0.0) & (t <= farthest) & (t < earliest.get())):
+                earliest.set(t)
+                which.set(vector.guard)
+                short.set((now <= speed * SMALL) | (t * ENDS <= last))
+    return earliest.get(), which.get(), short.get()
 
 
 def first_reached(
@@ -116,35 +213,14 @@ def first_reached(
     step, t = f.load("%state", longest), f.magnitude(f.load("%state", layout.time))
     most = f.larger(step * max(WAY, LOOSER * math.sqrt(tolerance)), t * RESOLVED)
     with f.loop(0, len(listed), tested=False) as i:
-        which_one, first, count, pivot = (
-            f.load_integer("@stopping", i * NUMBERS + n) for n in range(NUMBERS)
-        )
-        slides = f.load("%state", which_one + rows.mode(layout)) > 0.0
-
-        def part(k: Integer, first: Integer = first) -> tuple[Real, Real]:
-            place = lengths.place(f, first + k)
-            return f.load(place, lengths.term), f.load(place, 2 * lengths.term) * 2.0
-
-        dot, square, fastest, speed = (f.variable(zero) for _ in range(4))
-        with f.loop(0, count) as k:
-            u, rate = part(k)
-            dot.set(f.fused(u, rate, dot.get()))
-            square.set(f.fused(rate, rate, square.get()))
-            fastest.set(f.larger(fastest.get(), f.magnitude(rate)))
-            v = f.load("%state", f.load_integer("@stopping_pivots", pivot + k) + layout.degrees)
-            speed.set(f.larger(speed.get(), f.magnitude(v)))
-        left = -dot.get() / square.get()
-        row = lengths.place(f, f.load_integer("@guard_rows", which_one))
-        end = f.constant(0.0)
-        for m in reversed(range(1, lengths.order)):
-            end = f.fused(end, Real(f, "%h"), f.load(row, m * lengths.term) * float(m))
+        vector = Vector(search, f, i)
+        fastest, speed, left = vector.largest(vector.rate), vector.speed(), vector.time_left()
+        row = lengths.place(f, f.load_integer("@guard_rows", vector.guard))
+        end = derivative_at(f, lengths, row, Real(f, "%h"))
         shrinks = end <= f.load(row, lengths.term) * SHRINKS
-        with f.when(slides & shrinks & (left >= 0.0) & (left <= most)):
-            aside = f.variable(zero)
-            with f.loop(0, count) as k:
-                u, rate = part(k)
-                aside.set(f.larger(aside.get(), f.magnitude(f.fused(rate, left, u))))
-            scale = f.larger(speed.get(), fastest.get() * step) * max(ASIDE, ALLOWED * tolerance)
-            with f.when(aside.get() <= f.larger(scale, fastest.get() * t * RESOLVED)):
+        with f.when(vector.slides & shrinks & (left >= 0.0) & (left <= most)):
+            aside = vector.largest(lambda k: f.fused(vector.rate(k), left, vector.part(k)))
+            scale = f.larger(speed, fastest * step) * max(ASIDE, ALLOWED * tolerance)
+            with f.when(aside <= f.larger(scale, fastest * t * RESOLVED)):
                 earliest.set(zero)
-                which.set(which_one)
+                which.set(vector.guard)
