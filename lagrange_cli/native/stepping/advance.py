@@ -234,7 +234,8 @@ def aim_at_stop(at: Progress, step: Planned) -> tuple[Real, Integer, Bit]:
     the step ends before, unless it is short: then it needs no confirmation."""
     f, guards = at.f, at.steps.guards
     assert guards
-    zero, which, short = guards.straight(f, step.bound.get(), at.clock(Clock.LENGTH))
+    times = step.bound.get(), at.clock(Clock.LENGTH), step.usual.get()
+    zero, which, short = guards.straight(f, *times)
     free = step.gap.equals(0.0) | (zero <= step.bound.get())
     near = (zero <= step.left) & free
     before = f.select(short, zero, zero * (1.0 - REST))

@@ -132,16 +132,16 @@ class GuardSearch:
         """Whether there are vectors that steps by series lead to 0."""
         return not self.interpolated and self.layout.parts == 1 and bool(sliding(self.rows))
 
-    def straight(self, f: Function, h: Real, last: Real) -> tuple[Real, Integer, Bit]:
+    def straight(self, f: Function, *times: Real) -> tuple[Real, Integer, Bit]:
         """What ``first_straight`` finds."""
         places = f.pointers("state", "work")
-        zero, which, short = f.parts((Real, Integer, Bit), "first_straight", *places, h, last)
+        zero, which, short = f.parts((Real, Integer, Bit), "first_straight", *places, *times)
         return zero, which, short
 
     def _straight(self) -> Function:
-        head = "define internal { double, i64, i1 } @first_straight(ptr %state, ptr %work, double %h, double %last)"
-        f = Function(f"{head} #0")
-        f.give(*first_straight(self._searched, f, *f.reals("h", "last")))
+        given = "ptr %state, ptr %work, double %h, double %last, double %usual"
+        f = Function(f"define internal {{ double, i64, i1 }} @first_straight({given}) #0")
+        f.give(*first_straight(self._searched, f, *f.reals("h", "last", "usual")))
         return f
 
     def largest(self, f: Function) -> Real:

@@ -33,9 +33,9 @@ SHRINKS = 0.5
 """In this step u becomes shorter by this factor: rates of what hardly changes are rounding errors."""
 NUMBERS = 5
 """Numbers of each vector in the table."""
-FARTHER, GUESSED = 1600.0, 2.0
+FARTHER, FARTHEST = 1600.0, 4.0
 """The last terms of series may be so much larger than in other steps where a vector goes straight to 0: they
-are rounding errors of its direction. First guesses of the time may be so much longer."""
+are rounding errors of its direction. Short steps may be so much longer."""
 ROUNDS = 6
 """Better guesses."""
 ENDS = 2.0**6
@@ -178,26 +178,31 @@ def first_stopped(search: Searched, f: Function, earliest: Variable[Real], which
                 which.set(vector.guard)
 
 
-def first_straight(search: Searched, f: Function, h: Real, last: Real) -> tuple[Real, Integer, Bit]:
+def first_straight(
+    search: Searched, f: Function, h: Real, last: Real, usual: Real
+) -> tuple[Real, Integer, Bit]:
     """When the first vector is 0 that goes straight there, in a step that may be somewhat longer than ``h``;
     its guard; and whether the way there is short: a small part of the ``last`` step, or of the time in which
-    velocities change."""
+    velocities change. Steps are ``usual`` long."""
     rows, lengths = search.rows, search.lengths
     earliest, which = f.variable(f.constant(NONE)), f.variable(f.count(0))
-    short, farthest = f.variable(f.never(1)), h * FARTHER ** (1.0 / lengths.top)
+    short, farther = f.variable(f.never(1)), f.constant(FARTHER ** (1.0 / lengths.top))
     with f.loop(0, len(sliding(rows)), tested=False) as i:
         vector = Vector(search, f, i)
         time = f.variable(vector.time_left())
-        with f.when(vector.slides & (time.get() > 0.0) & (time.get() <= farthest * GUESSED)):
+        with f.when(vector.slides & (time.get() > 0.0) & (time.get() <= h * FARTHEST)):
             for _ in range(ROUNDS):
                 time.set(vector.nearer(time.get()))
             t, speed = time.get(), vector.speed()
             now, end = (vector.largest(one) for one in (vector.part, lambda k: vector.later(k, t)))
-            straight = end <= f.larger(now * STRAIGHT, speed * search.part)
-            with f.when(straight & (t > 0.0) & (t <= farthest) & (t < earliest.get())):
+            brief = (now <= speed * SMALL) | (t * ENDS <= last)
+            moved = f.larger(speed, vector.largest(vector.rate) * usual)
+            straight = end <= f.larger(now * STRAIGHT, moved * search.part)
+            most = h * f.select(brief, f.constant(FARTHEST), farther)
+            with f.when(straight & (t > 0.0) & (t <= most) & (t < earliest.get())):
                 earliest.set(t)
                 which.set(vector.guard)
-                short.set((now <= speed * SMALL) | (t * ENDS <= last))
+                short.set(brief)
     return earliest.get(), which.get(), short.get()
 
 
