@@ -199,7 +199,8 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
         root = f.select((root < 0.0) & steps.guards.acts(f, which), at.zero, root)
     if aim:
         zero, vector, stops = aim
-        stops = stops & (known >= ahead) & (which.equals(vector) & (root > 0.0) | (root > ahead))
+        first = (root > ahead) & (known >= ahead)
+        stops = stops & (first | (which.equals(vector) & (root > 0.0) & (root <= ahead)))
         root, which = f.select(stops, zero, root), f.select(stops, vector, which)
         at.stops.set(stops)
     with f.when(root <= ahead):
