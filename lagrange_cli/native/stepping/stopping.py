@@ -158,20 +158,25 @@ def derivative_at(f: Function, lengths: Lengths, row: Pointer, h: Real, which: i
     return end
 
 
+def fastest_of_all(search: Searched, f: Function) -> Real:
+    """The fastest velocity, if it is what vectors are measured by that are alone."""
+    lengths, found = search.lengths, f.variable(f.zero(search.lengths.lanes))
+    if any(search.rows.guards[j].alone for j in sliding(search.rows)):
+        with lengths.velocities(f) as row:
+            found.set(f.larger(found.get(), row.only_velocities(f.magnitude(row.at("%state")))))
+    return lengths.gather(f, "fmax", found.get())
+
+
 def first_stopped(search: Searched, f: Function, earliest: Variable[Real], which: Variable[Integer]) -> None:
     """Set the ``earliest`` time to 0 where one of them is 0 but for rounding, and becomes shorter."""
     rows, lengths, listed = search.rows, search.lengths, sliding(search.rows)
     if not listed:
         return
-    fastest = f.variable(f.zero(lengths.lanes))
-    if any(rows.guards[j].alone for j in listed):
-        with lengths.velocities(f) as row:
-            fastest.set(f.larger(fastest.get(), row.only_velocities(f.magnitude(row.at("%state")))))
-    of_all = lengths.gather(f, "fmax", fastest.get())
+    fastest = fastest_of_all(search, f)
     with f.loop(0, len(listed), tested=False) as i:
         vector = Vector(search, f, i)
         with f.when(vector.slides):
-            near = f.select(vector.alone, of_all, vector.speed()) * search.part
+            near = f.select(vector.alone, fastest, vector.speed()) * search.part
             change = f.load(lengths.place(f, f.load_integer("@guard_rows", vector.guard)), 2 * lengths.term)
             with f.when((vector.largest(vector.part) <= near) & (change <= 0.0)):
                 earliest.set(f.constant(0.0))
@@ -187,6 +192,7 @@ def first_straight(
     rows, lengths = search.rows, search.lengths
     earliest, which = f.variable(f.constant(NONE)), f.variable(f.count(0))
     short, farther = f.variable(f.never(1)), f.constant(FARTHER ** (1.0 / lengths.top))
+    fastest = fastest_of_all(search, f)
     with f.loop(0, len(sliding(rows)), tested=False) as i:
         vector = Vector(search, f, i)
         time = f.variable(vector.time_left())
@@ -196,7 +202,7 @@ def first_straight(
             t, speed = time.get(), vector.speed()
             now, end = (vector.largest(one) for one in (vector.part, lambda k: vector.later(k, t)))
             brief = (now <= speed * SMALL) | (t * ENDS <= last)
-            moved = f.larger(speed, vector.largest(vector.rate) * usual)
+            moved = f.larger(f.larger(speed, vector.largest(vector.rate) * usual), fastest)
             straight = end <= f.larger(now * STRAIGHT, moved * search.part)
             most = h * f.select(brief, f.constant(FARTHEST), farther)
             with f.when(straight & (t > 0.0) & (t <= most) & (t < earliest.get())):
