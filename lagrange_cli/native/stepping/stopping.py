@@ -29,8 +29,9 @@ ASIDE, ALLOWED = 2.0**-48, 0.25
 longest step: so much, or this part of the tolerance."""
 RESOLVED = 2.0**-46
 """Both may be this part of the time, and of what u loses in it: nothing shorter is resolved."""
-SHRINKS = 0.5
-"""In this step u becomes shorter by this factor: rates of what hardly changes are rounding errors."""
+SHRINKS, SEEN = 0.5, 0.0625
+"""In this step u becomes shorter, by at least this part of what its rate says, and the step is at least this
+part of the way: rates of what hardly changes are rounding errors."""
 NUMBERS = 5
 """Numbers of each vector in the table."""
 FARTHER, FARTHEST = 1600.0, 4.0
@@ -228,7 +229,8 @@ def first_reached(
         fastest, speed, left = vector.largest(vector.rate), vector.speed(), vector.time_left()
         row = lengths.place(f, f.load_integer("@guard_rows", vector.guard))
         end = derivative_at(f, lengths, row, Real(f, "%h"))
-        shrinks = end <= f.load(row, lengths.term) * SHRINKS
+        part = f.smaller(f.constant(1.0), Real(f, "%h") / left)
+        shrinks = (end <= f.load(row, lengths.term) * (1.0 - part * SHRINKS)) & (part >= SEEN)
         with f.when(vector.slides & shrinks & (left >= 0.0) & (left <= most)):
             aside = vector.largest(lambda k: f.fused(vector.rate(k), left, vector.part(k)))
             scale = f.larger(speed, fastest * step) * max(ASIDE, ALLOWED * tolerance)
