@@ -29,6 +29,10 @@ ASIDE, ALLOWED = 2.0**-48, 0.25
 longest step: so much, or this part of the tolerance."""
 RESOLVED = 2.0**-46
 """Both may be this part of the time, and of what u loses in it: nothing shorter is resolved."""
+TINY, LITTLE = 2.0**-40, 2.0**-4
+"""A vector that becomes shorter and is no more than this part of the velocities that it is made of, or this
+part of the tolerance, may be 0: hardly anything of its direction is known, and steps would be as short as
+rounding says."""
 SHRINKS, SEEN = 0.5, 0.0625
 """In this step u becomes shorter, by at least this part of what its rate says, and the step is at least this
 part of the way: rates of what hardly changes are rounding errors."""
@@ -231,6 +235,10 @@ def first_reached(
         end = derivative_at(f, lengths, row, Real(f, "%h"))
         part = f.smaller(f.constant(1.0), Real(f, "%h") / left)
         shrinks = (end <= f.load(row, lengths.term) * (1.0 - part * SHRINKS)) & (part >= SEEN)
+        tiny = vector.largest(vector.part) <= speed * max(TINY, LITTLE * tolerance)
+        with f.when(vector.slides & tiny & (left >= 0.0)):
+            earliest.set(zero)
+            which.set(vector.guard)
         with f.when(vector.slides & shrinks & (left >= 0.0) & (left <= most)):
             aside = vector.largest(lambda k: f.fused(vector.rate(k), left, vector.part(k)))
             scale = f.larger(speed, fastest * step) * max(ASIDE, ALLOWED * tolerance)
