@@ -29,10 +29,10 @@ ASIDE, ALLOWED = 2.0**-48, 0.25
 longest step: so much, or this part of the tolerance."""
 RESOLVED = 2.0**-46
 """Both may be this part of the time, and of what u loses in it: nothing shorter is resolved."""
-TINY, LITTLE = 2.0**-40, 2.0**-4
-"""A vector that becomes shorter and is no more than this part of the velocities that it is made of, or this
-part of the tolerance, may be 0: hardly anything of its direction is known, and steps would be as short as
-rounding says."""
+TINY, LITTLE = 2.0**-40, 32.0
+"""A vector that becomes shorter may be 0 if it is no more than this part of the velocities that it is made
+of, or so many times the tolerance: hardly anything of its direction is known, and steps would be as short as
+their errors say, with friction to and fro."""
 SHRINKS, SEEN = 0.5, 0.0625
 """In this step u becomes shorter, by at least this part of what its rate says, and the step is at least this
 part of the way: rates of what hardly changes are rounding errors."""
