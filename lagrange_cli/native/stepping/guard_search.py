@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
-from lagrange_cli.native.stepping.stopping import Searched, first_reached, first_stopped, first_straight, sliding
+from lagrange_cli.native.stepping.stopping import Searched, first_reached, first_stopped, sliding
 from lagrange_cli.records import dataclass
 
 NO_GUARD = -1
@@ -124,7 +124,8 @@ class GuardSearch:
         return f.select(cut, f.smaller(ahead, root + ahead * BEYOND), root)
 
     @property
-    def _searched(self) -> Searched:
+    def searched(self) -> Searched:
+        """What vectors that stop are found by."""
         return Searched(self.rows, self.lengths, self.layout, STOPPED[self.layout.parts - 1])
 
     @property
@@ -137,12 +138,6 @@ class GuardSearch:
         places = f.pointers("state", "work")
         zero, which, short = f.parts((Real, Integer, Bit), "first_straight", *places, *times)
         return zero, which, short
-
-    def _straight(self) -> Function:
-        given = "ptr %state, ptr %work, double %h, double %last, double %usual"
-        f = Function(f"define internal {{ double, i64, i1 }} @first_straight({given}) #0")
-        f.give(*first_straight(self._searched, f, *f.reals("h", "last", "usual")))
-        return f
 
     def largest(self, f: Function) -> Real:
         """The sum of the last coefficients of all arguments: not finite where one of these is not."""
@@ -200,9 +195,9 @@ class GuardSearch:
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
         if self.interpolated:
-            first_reached(self._searched, f, self.tolerance, self.longest, earliest, which)
+            first_reached(self.searched, f, self.tolerance, self.longest, earliest, which)
         else:
-            first_stopped(self._searched, f, earliest, which)
+            first_stopped(self.searched, f, earliest, which)
         # a later guard's argument may be known for less of the step than to an earlier one's root
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())

@@ -2,6 +2,9 @@
 rounding beside the velocities that it is made of, or in systems that have many of them, beside the fastest
 velocity, it counts as 0. No step comes nearer.
 
+Where one goes straight to 0, steps by series end there at once: friction keeps its direction on the way, and
+what their terms show of it is rounding. Beyond, it has none, so that no series confirms the last of them.
+
 Steps on rates end before. A vector u that they lead to 0, or past it so closely that their errors are larger,
 is taken on to there if the way is so short that rates hardly change on it.
 """
@@ -164,20 +167,20 @@ def derivative_at(f: Function, lengths: Lengths, row: Pointer, h: Real, which: i
 
 
 def fastest_of_all(search: Searched, f: Function) -> Real:
-    """The fastest velocity, if it is what vectors are measured by that are alone."""
+    """The fastest velocity."""
     lengths, found = search.lengths, f.variable(f.zero(search.lengths.lanes))
-    if any(search.rows.guards[j].alone for j in sliding(search.rows)):
-        with lengths.velocities(f) as row:
-            found.set(f.larger(found.get(), row.only_velocities(f.magnitude(row.at("%state")))))
+    with lengths.velocities(f) as row:
+        found.set(f.larger(found.get(), row.only_velocities(f.magnitude(row.at("%state")))))
     return lengths.gather(f, "fmax", found.get())
 
 
 def first_stopped(search: Searched, f: Function, earliest: Variable[Real], which: Variable[Integer]) -> None:
     """Set the ``earliest`` time to 0 where one of them is 0 but for rounding, and becomes shorter."""
-    rows, lengths, listed = search.rows, search.lengths, sliding(search.rows)
+    lengths, listed = search.lengths, sliding(search.rows)
     if not listed:
         return
-    fastest = fastest_of_all(search, f)
+    some = any(search.rows.guards[j].alone for j in listed)
+    fastest = fastest_of_all(search, f) if some else f.constant(0.0)
     with f.loop(0, len(listed), tested=False) as i:
         vector = Vector(search, f, i)
         with f.when(vector.slides):
@@ -188,16 +191,17 @@ def first_stopped(search: Searched, f: Function, earliest: Variable[Real], which
                 which.set(vector.guard)
 
 
-def first_straight(
-    search: Searched, f: Function, h: Real, last: Real, usual: Real
-) -> tuple[Real, Integer, Bit]:
-    """When the first vector is 0 that goes straight there, in a step that may be somewhat longer than ``h``;
-    its guard; and whether the way there is short: a small part of the ``last`` step, or of the time in which
-    velocities change. Steps are ``usual`` long."""
+def first_straight(search: Searched) -> Function:
+    """``@first_straight(state, work, h, last, usual)``: when the first vector is 0 that goes straight there,
+    in a step that may be somewhat longer than ``h``; its guard; and whether the way there is short: a small
+    part of the ``last`` step, or of the time in which velocities change. Steps are ``usual`` long."""
+    given = "ptr %state, ptr %work, double %h, double %last, double %usual"
+    f = Function(f"define internal {{ double, i64, i1 }} @first_straight({given}) #0")
+    h, last, usual = f.reals("h", "last", "usual")
     rows, lengths = search.rows, search.lengths
     earliest, which = f.variable(f.constant(NONE)), f.variable(f.count(0))
     short, farther = f.variable(f.never(1)), f.constant(FARTHER ** (1.0 / lengths.top))
-    fastest = fastest_of_all(search, f)
+    fastest, passed = fastest_of_all(search, f), f.magnitude(f.load("%state", search.layout.time))
     with f.loop(0, len(sliding(rows)), tested=False) as i:
         vector = Vector(search, f, i)
         time = f.variable(vector.time_left())
@@ -207,14 +211,17 @@ def first_straight(
             t, speed = time.get(), vector.speed()
             now, end = (vector.largest(one) for one in (vector.part, lambda k: vector.later(k, t)))
             brief = (now <= speed * SMALL) | (t * ENDS <= last)
-            moved = f.larger(f.larger(speed, vector.largest(vector.rate) * usual), fastest)
+            rate = vector.largest(vector.rate)
+            others = f.select(vector.alone, fastest, f.smaller(fastest, rate * passed))
+            moved = f.larger(f.larger(speed, rate * usual), others)
             straight = end <= f.larger(now * STRAIGHT, moved * search.part)
             most = h * f.select(brief, f.constant(FARTHEST), farther)
             with f.when(straight & (t > 0.0) & (t <= most) & (t < earliest.get())):
                 earliest.set(t)
                 which.set(vector.guard)
                 short.set(brief)
-    return earliest.get(), which.get(), short.get()
+    f.give(earliest.get(), which.get(), short.get())
+    return f
 
 
 def first_reached(
@@ -222,7 +229,7 @@ def first_reached(
     earliest: Variable[Real], which: Variable[Integer],
 ) -> None:  # fmt: skip
     """The same of steps on rates where one of them is about to be 0. The ``longest`` step is in the state."""
-    rows, lengths, layout, listed = search.rows, search.lengths, search.layout, sliding(search.rows)
+    lengths, layout, listed = search.lengths, search.layout, sliding(search.rows)
     if not listed:
         return
     zero = f.constant(0.0)
