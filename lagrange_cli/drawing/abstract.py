@@ -31,7 +31,7 @@ BESIDE = 2.6
 
 def sketch(scene: Scene) -> Sheet:
     """A sheet with all coordinates."""
-    families = scene.spec.families.get("coordinates", {})
+    families = scene.spec.coordinate_families
     named = {one.name: q for one, q in zip(scene.spec.coordinates, scene.coordinates)}
     loose = [one for one in scene.spec.coordinates if one.name.partition("[")[0] not in families]
     net = next((one for one in families.values() if len(one.shape) == 2), None)

@@ -131,10 +131,8 @@ class ArrayBuilder(Builder):
             raise Unsuited
 
         def made(which: Places) -> tuple[Members, Value, Places]:
-            here = {
-                name: one if isinstance(one, int) else one_if_equal(one)
-                for name, one in taken(found, which).items()
-            }
+            some = found if len(which) == count else taken(found, which)
+            here = {name: one if isinstance(one, int) else one_if_equal(one) for name, one in some.items()}
             mine = Members(self.domain(len(which)), len(which), here)
             mine.alike = alike
             return mine, self._value(body, mine), which

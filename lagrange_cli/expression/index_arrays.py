@@ -168,7 +168,8 @@ def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
 
 def one_if_equal(values: Places) -> Whole:
     """One number for all if they are equal."""
-    return int(values[0]) if len(values) and np.all(values == values[0]) else values
+    same = len(values) and values[0] == values[-1] and np.all(values == values[0])
+    return int(values[0]) if same else values
 
 
 def of_each_kind(which: Places, make: Callable[[Places], T]) -> Iterator[T]:

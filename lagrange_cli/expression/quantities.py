@@ -37,20 +37,28 @@ _QUANTITY = (
     rf"(?P<unit>{_FACTOR}(?:{_BETWEEN}{_FACTOR})*"
     rf"(?:\s*/\s*\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))?)\s*"
 )
-"""Compiled for the first text that begins with a number and has letters."""
-_BEGINNINGS = {*"0123456789."}
+"""Compiled for the first text that may be one: that takes 10 ms."""
+_DIGITS, _TIMES = "0123456789.", "*xX×·⋅∙"
 _LONGEST = 100
 """Characters of a number with a unit."""
 
 
 def quantity(text: str) -> tuple[str, str] | None:
     """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
-    number = text.lstrip().lstrip("+-")[:1] in _BEGINNINGS and any(map(str.isalpha, text))
-    match = re.fullmatch(_QUANTITY, text) if number and len(text) <= _LONGEST else None
+    match = re.fullmatch(_QUANTITY, text) if len(text) <= _LONGEST and _may_have_unit(text) else None
     if match is None:
         return None
     power = match["exponent"] or match["raised"]
     return match["number"] + (f"e{lowered(power)}" if power else ""), match["unit"]
+
+
+def _may_have_unit(text: str) -> bool:
+    """Whether it begins with a number, and a letter or a power of ten follows."""
+    beginning = text.lstrip().lstrip("+-")
+    rest = beginning.lstrip(_DIGITS)
+    following = rest.lstrip()
+    power = following[:1] in _TIMES and following[1:].lstrip().startswith("10")
+    return rest != beginning and bool(following) and (following[0].isalpha() or power)
 
 
 def is_unit(text: str) -> bool:

@@ -88,7 +88,7 @@ class FamilyBuilder(ArrayBuilder):
 
     def _declare(self, spec: Spec) -> None:
         first = 0
-        for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
+        for family in grouped(names_of(spec.coordinates), spec.coordinate_families):
             self.rows[family.name] = Rows(self.q, first, family)
             self.rows[velocity_name(family.name)] = Rows(self.v, first, family)
             first += len(family.members)

@@ -62,7 +62,7 @@ def whole(spec: Spec, *, exact: bool = False) -> Whole | None:
 
 def examined(spec: Spec, *, exact: bool) -> Whole | None:
     """The same of a system that has not been looked at."""
-    if not spec.families.get("coordinates"):
+    if not spec.coordinate_families:
         return None
     if len(spec.all_constraints) <= DENSE and len(spec.coordinates) < FEWEST:
         return None

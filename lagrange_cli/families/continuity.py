@@ -38,7 +38,7 @@ FEWEST = 12
 def continuous(spec: Spec, parameters: Mapping[str, float] | None = None) -> bool:
     """Whether it is certain that nothing jumps that must not: with these values of the parameters, or with
     any. False also where that is not known."""
-    if not spec.families.get("coordinates") or len(spec.coordinates) < FEWEST or spec.replaced:
+    if not spec.coordinate_families or len(spec.coordinates) < FEWEST or spec.replaced:
         return False
     try:
         symbolic = Templates(spec, GraphAlgebra())

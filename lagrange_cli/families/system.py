@@ -123,7 +123,7 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
         if known is spec and numbers is algebra:
             return found, why
     found, why = None, ()
-    if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
+    if spec.coordinate_families and not any(getattr(spec, part) for part in UNKNOWN):
         try:
             found = made(spec, algebra)
         except Unsuited as error:

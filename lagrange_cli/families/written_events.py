@@ -107,7 +107,7 @@ class Numbering:
         count = len(spec.coordinates)
         self._of: dict[str, tuple[int, Family | None]] = {}
         for name, start in coordinates.starts.items():
-            family = spec.families.get("coordinates", {}).get(name)
+            family = spec.coordinate_families.get(name)
             self._of[name] = start, family
             self._of[velocity_name(name)] = count + start, family
         for name, start in parameters.starts.items():

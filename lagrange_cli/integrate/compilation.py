@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from lagrange_cli.integrate.precision import DOUBLE
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.program import Program
 
 
 @dataclass(frozen=True)
@@ -44,3 +49,12 @@ class Compilation:
     def lenient(self) -> frozenset[str]:
         """The outputs that need not be defined."""
         return self.optional | {"observables"} if self.by_default else self.optional
+
+
+def portable_if_asked(program: Program, compilation: Compilation) -> Program:
+    """The program, with the same bits on every machine where that is asked for."""
+    if not compilation.portable:
+        return program
+    from lagrange_cli.native.functions.portable import portable
+
+    return replace(program, text=portable(program.text))

@@ -13,15 +13,14 @@ from lagrange_cli.families.impacts.resting import with_contacts
 from lagrange_cli.families.polynomials import order_of_all
 from lagrange_cli.families.switching.switches import with_modes_in
 from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.compilation import portable_if_asked
 from lagrange_cli.integrate.families import narrow
 from lagrange_cli.integrate.family_outputs import Described, FamilyPlanner
 from lagrange_cli.integrate.family_quantities import Element, Quantities
 from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISION
-from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
-from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.floors import related, runs
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.program import FamilyProgram
@@ -57,6 +56,8 @@ def write_families(
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
     kind: type[Vectors] = DoubleVectors if compilation.factor is None else beside_doubles(compilation.factor)
     if compilation.precision == DOUBLE_DOUBLE:
+        from lagrange_cli.native.families.double_double import DoubleDoubleVectors
+
         order, kind = double_double_order(tolerance), DoubleDoubleVectors
     elif needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order

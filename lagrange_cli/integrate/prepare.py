@@ -139,29 +139,38 @@ def prepare_system(
             meanwhile()
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
-        from lagrange_cli.errors import TooLarge, TooLargeSystem
-        from lagrange_cli.integrate.families import family_run, without_costly, without_expansion
-        from lagrange_cli.integrate.family_program import write_families
-        from lagrange_cli.integrate.program import write_run
+        if not spec.coordinate_families:
+            return written_out(stage)
+        with stage("import"):
+            from lagrange_cli.errors import TooLarge, TooLargeSystem
+            from lagrange_cli.integrate.families import family_run, without_costly, without_expansion
 
         try:
             with stage("derive"):
                 system, less = without_costly(spec, compilation)
                 if system is None:
                     system, less = family_run(spec, compilation), compilation
-                residual = derive(spec) if system is None else None
-            if residual is not None:
-                with stage("program"):
-                    return write_run(residual, compilation)
+            if system is None:
+                return written_out(stage)
         except (TooLarge, TooLargeSystem):
             system, less = without_expansion(spec, compilation)
             if less is None or less == compilation:
                 raise
         assert system is not None and less is not None
+        with stage("import"):
+            from lagrange_cli.integrate.family_program import write_families
         with stage("program"):
             program, recording = write_families(system, less)
         left_out = tuple(sorted(compilation.outputs - less.outputs))
         return program, replace(recording, left_out=left_out)
+
+    def written_out(stage: Stage) -> tuple[Program, Recording]:
+        with stage("import"):
+            from lagrange_cli.integrate.program import write_run
+        with stage("derive"):
+            residual = derive(spec)
+        with stage("program"):
+            return write_run(residual, compilation)
 
     def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -177,8 +186,6 @@ def prepare_system(
             interface, recording, code, level = stored
             machine = load_machine(code, interface)
     if stored is None:
-        with stage("import"):
-            import lagrange_cli.integrate.program  # noqa: F401
         program, recording = write(stage)
         level = first_level(program)
         with stage("compile"):

@@ -7,7 +7,7 @@ from typing import Any
 
 from lagrange_cli.errors import TooLarge, UsageError
 from lagrange_cli.expression.node import Node
-from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.compilation import Compilation, portable_if_asked
 from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, MethodRow, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
@@ -18,7 +18,6 @@ from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.llvm.length import SHORTER
 from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
@@ -63,15 +62,6 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     if compilation.section == SECTION and not program.lanes:
         refuse_what_hides(residual)
     return portable_if_asked(program, compilation), replace(plan.recording, undetected=undetected)
-
-
-def portable_if_asked(program: Program, compilation: Compilation) -> Program:
-    """The program, with the same bits on every machine where that is asked for."""
-    if not compilation.portable:
-        return program
-    from lagrange_cli.native.functions.portable import portable
-
-    return replace(program, text=portable(program.text))
 
 
 def without_what_follows(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:
@@ -135,6 +125,8 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation, observi
         inner, integrands = with_surface_followed(residual, plan.integrands, compilation)
     together = compilation.ensemble and not compilation.proven and not inner.model.events
     if together and needs is Needs.SERIES:
+        from lagrange_cli.native.lanes import suits_lanes, with_lanes
+
         rates = Steps(RATES, store_momenta=True)
         program = write_program(inner, rates, integrands, plan.observed, observing=observing)
         if suits_lanes(program, inner, integrands.values()):

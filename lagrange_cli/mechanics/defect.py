@@ -5,12 +5,14 @@ And whether it has to be bounded, since something may hide between the places th
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.approach import core, linear_in, moving_factors
-from lagrange_cli.mechanics.explicit import expanded
-from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
 
 SINGULAR = frozenset({"exp", "tanh", "sinh", "cosh", "tan", "atan", "asin", "acos", "log", "atan2"})
 """Functions that change by orders of magnitude where their argument does, or that have singularities, which
@@ -38,6 +40,8 @@ class Defect:
 
 def defect(residual: Residual) -> Defect:
     """The terms of the equations."""
+    from lagrange_cli.mechanics.explicit import expanded
+
     accelerations, rows = expanded(residual)
     return Defect(accelerations, terms_of(rows, residual, (*accelerations, *residual.multipliers)))
 

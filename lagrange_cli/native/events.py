@@ -38,23 +38,30 @@ def events_of(
     """The model's events as ``Interface`` has them, and which arguments simple actions change.
 
     An action is simple if it can change the side of other events only, affects no mass, and does not violate
-    constraints.
+    constraints. Where the motion may come to rest at an event, no action may set more than velocities.
     """
     rests = {one.event: one.auxiliary for one in smooth.rests}
-    few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
+    few = not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
     few = few and not model.constraints
-    masses = union(one.mass for one in model.particles)
+    masses, speeds = union(one.mass for one in model.particles), union(model.v)
     changed = _changed(model)
     found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
     for i, (event, bits) in enumerate(zip(model.events, changed)):
         simple = bool(event.changes) and few and not event.argument.symbols & bits
-        simple = simple and not masses & bits
+        simple = simple and not masses & bits and not (rests and bits & ~speeds)
         acts = Role.CHANGE if simple else Role.ACTION
         role = acts if event.stops or event.changes else Role.RECORD
         found.append((event.direction, int(role), rests.get(i, -1)))
         if simple:
             affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
     return tuple(found), tuple(affected)
+
+
+def reached_by(events: Iterable[tuple[int, int, int]], degrees: int) -> tuple[tuple[int, int], ...]:
+    """What impacts depend on at which the motion may rest: all coordinates, as forces of contact may change
+    with any velocity. So compiled code does no action while something rests, or is hit at the same time."""
+    resting = [i for i, (*_, kind) in enumerate(events) if kind >= 0]
+    return tuple((i, k) for i in resting for k in range(degrees))
 
 
 def _changed(model: Model[Node]) -> Sequence[int]:
@@ -91,6 +98,16 @@ def sizes_of(model: Model[Node]) -> list[Node]:
         (argument,) = substituted(graph, [event.argument], unknown)
         rates = map(graph.absolute, _rates(model, argument))
         found += [size_of(graph, argument), graph.sum([(one, 1.0) for one in rates])]
+    return found
+
+
+def left_by(model: Model[Node], events: Iterable[int]) -> list[Node]:
+    """The rates of the arguments of some events after their own actions."""
+    graph, found = graph_of(model), list[Node]()
+    speeds = dict(zip(map(velocity_name, model.coordinates), model.v))
+    for event in events:
+        after = {speeds[name]: node for name, node in model.events[event].changes.items() if name in speeds}
+        found += substituted(graph, rates_of(model, [event]), after)
     return found
 
 

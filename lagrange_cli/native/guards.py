@@ -153,6 +153,8 @@ class GuardRows:
     joined: tuple[int, ...] = ()
     """For each coordinate one of those that constraints couple with it, the same of all of these, if
     constraints have impulses after simple actions."""
+    degrees: int = 0
+    """How many coordinates are not auxiliary."""
 
     @property
     def count(self) -> int:

@@ -191,7 +191,7 @@ class Interface:
                 arguments += 1
             elif one >= 0:
                 made.append(GuardRow(Role.REST, multiplier(one)))
-        changed = tuple((switches + event, place) for event, place in self.changed)
+        changed = tuple((switches + event, self._inside(place)) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)
         rests = (j for j, one in enumerate(made) if one.role is Role.REST)
         held = [(e, next(rests) if kind != LOOSE else -1) for e, (*_, kind) in self.slowing.items()]
@@ -199,8 +199,12 @@ class Interface:
         reached = tuple((switches + e, place) for e, place in self.reached)
         return GuardRows(
             first, arguments, tuple(made), len(self.parameters), changed, affected, bounces, reached,
-            self.joined,
+            self.joined, self.degrees,
         )  # fmt: skip
+
+    def _inside(self, place: int) -> int:
+        """A place among q, q_dot and the parameters, where auxiliary coordinates are among these."""
+        return place + self.auxiliary * (place >= self.degrees) + self.auxiliary * (place >= 2 * self.degrees)
 
     @cached_property
     def places(self) -> Any:
@@ -222,12 +226,14 @@ class Interface:
     @property
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
-        series ahead, and what parts of steps need; records of events, what ``@act`` gives, and rates of
-        contacts' arguments. The last one is the length of a step, where impacts at one time are followed."""
+        series ahead, and what parts of steps need; records of events, a state without auxiliary coordinates,
+        if there are any, what ``@act`` gives, and rates of contacts' arguments. The last one is the length of
+        a step, where impacts at one time are followed."""
         return (
             self.records
             + (self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0)
             + (len(self.bounces) + 1 if self.joined else 0)
+            + (2 * self.degrees if self.auxiliary else 0)
         )
 
     @property

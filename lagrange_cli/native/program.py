@@ -16,7 +16,16 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.mechanics.switching.switches import one_sided
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, rates_of, sizes_of
+from lagrange_cli.native.events import (
+    changes_of,
+    events_of,
+    left_by,
+    masses_of,
+    number_of,
+    rates_of,
+    reached_by,
+    sizes_of,
+)
 from lagrange_cli.native.followed import FollowedEquations, followed
 from lagrange_cli.native.guards import LOOSE
 from lagrange_cli.native.interface import STEPPING, Interface
@@ -160,7 +169,8 @@ def write_program(
     if linearized:
         values("linearize", linearized.nodes, (*model.q, *model.v, *linearized.accelerations))
     if interface.events:
-        nodes = *changes_of(model)[1], *sizes_of(model), *masses_of(model).values()
+        nodes = [*changes_of(model)[1], *sizes_of(model), *left_by(model, interface.bounces)]
+        nodes += masses_of(model).values()
         values("act", nodes, at_one_time=at_one_time)
     if any(kind != LOOSE for *_, kind in interface.slowing.values()):
         values("speeds", rates_of(model, interface.slowing), at_one_time=at_one_time)
@@ -212,7 +222,7 @@ def interface_of(
         events=events,
         changed=changed,
         affected=affected,
-        reached=(),
+        reached=reached_by(events, len(model.q)),
         joined=(),
         masses=tuple(masses_of(model)) if steps.any else (),
         constraints=len(observing.multipliers),

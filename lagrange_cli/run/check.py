@@ -144,7 +144,7 @@ def classify(
 
 def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics | None:
     """The mechanics of a system that ``solve`` follows as one of families; None if it is not."""
-    if not spec.families.get("coordinates"):
+    if not spec.coordinate_families:
         return None
     from lagrange_cli.families.conserved.conservation import constants_of
     from lagrange_cli.integrate.compilation import Compilation

@@ -39,7 +39,7 @@ def chosen_method(
 ) -> tuple[str, str]:
     """The method for a tolerance, and why it is chosen (empty if nothing else is considered). If it may be
     ``cached``, it is kept for later runs."""
-    if not spec.families.get("coordinates"):
+    if not spec.coordinate_families:
         return TAYLOR, ""
     from lagrange_cli.families.size import terms_of
 

@@ -77,7 +77,7 @@ def in_coordinates(spec: Spec, name: str) -> Spec:
     new = given[name]
     stay = tuple(one for one in spec.coordinates if one.name not in new.replaced)
     kept = {one.name.partition("[")[0] for one in stay}
-    families = {key: one for key, one in spec.families.get("coordinates", {}).items() if key in kept}
+    families = {key: one for key, one in spec.coordinate_families.items() if key in kept}
     return replace(
         spec,
         coordinates=(*new.coordinates, *stay),

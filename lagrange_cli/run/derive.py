@@ -251,7 +251,7 @@ def too_large(spec: Spec, error: TooLarge) -> TooLargeSystem:
 
 def many_members(spec: Spec) -> bool:
     """Whether coordinates are families of many members: these make a system large, and no expression."""
-    return bool(spec.families.get("coordinates")) and len(spec.coordinates) >= MANY
+    return bool(spec.coordinate_families) and len(spec.coordinates) >= MANY
 
 
 def jumping(spec: Spec, key: str, name: str) -> Place:

@@ -135,7 +135,7 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or (spec.constrained and acting(spec)):
+    if not spec.coordinate_families or (spec.constrained and acting(spec)):
         return None
     from lagrange_cli.families.system import family_system, without_constraints
 
@@ -181,7 +181,7 @@ def by_members(spec: Spec, form: str, coordinates: str) -> Iterator[None]:
     try:
         yield
     except TooLargeSystem as error:
-        if not spec.families.get("coordinates"):
+        if not spec.coordinate_families:
             raise
         first, *others = error.problems
         hint = f"{why_members(spec, form, coordinates)}: {smaller(spec)}"

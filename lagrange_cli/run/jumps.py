@@ -119,7 +119,7 @@ def may_switch(spec: Spec) -> bool:
 
 def families_continuous(spec: Spec, parameters: Mapping[str, float] | None = None) -> bool:
     """Whether what families have in common shows that nothing jumps, with these parameters or with any."""
-    if not spec.families.get("coordinates"):
+    if not spec.coordinate_families:
         return False
     from lagrange_cli.families.continuity import continuous
 

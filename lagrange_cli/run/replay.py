@@ -163,7 +163,7 @@ def member_of(path: Path, member: int) -> Member:
 
 def families(spec: Spec) -> list[str]:
     """The names of the datasets of coordinates."""
-    given = spec.families.get("coordinates", {})
+    given = spec.coordinate_families
     return [one.name for one in grouped((one.name for one in spec.coordinates), given)]
 
 

@@ -51,7 +51,7 @@ def read_samples(
 
     Raises ``UsageError`` where the output has no such samples.
     """
-    families = spec.families.get("coordinates", {})
+    families = spec.coordinate_families
     names = [one.name for one in grouped((one.name for one in spec.coordinates), families)]
     if "t" not in result.held or not all(f"q/{name}" in result.held for name in names):
         raise UsageError(f"{result.name} has no coordinates: solve again with --outputs q,v")

@@ -61,7 +61,7 @@ def set_to(sets: Mapping[str, Node], known: Mapping[str, float]) -> dict[str, fl
 
 def crossings(rows: Rows, spec: Spec, names: list[str]) -> Iterator[Crossing]:
     """Those of events whose actions set one of these parameters."""
-    families = spec.families.get("coordinates", {})
+    families = spec.coordinate_families
     coordinates = [one.name for one in grouped((one.name for one in spec.coordinates), families)]
     for event in build_model(spec, GraphAlgebra()).events:
         sets = {name: node for name, node in event.changes.items() if name in names}

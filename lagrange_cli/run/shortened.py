@@ -57,7 +57,7 @@ def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
     """The ``lines`` of conserved quantities, with one for the momenta of a family if all of them say the
     same, each of its own member: ``p_u[i] = dL/du_dot[i]: ...   [for i in range(20)]``."""
     shown = dict(lines)
-    for family in spec.families.get("coordinates", {}).values():
+    for family in spec.coordinate_families.values():
         momenta, speed = [f"p_{member}" for member in family.members], velocity_name(family.label)
         if len(momenta) < 2 or not lines.keys() >= {*momenta}:
             continue

@@ -100,7 +100,7 @@ def in_doubles(spec: Spec, values: Values, t: float, given: Collection[str], *, 
 
 def of_families(spec: Spec, parameters: Mapping[str, Any], *, exact: bool = False) -> WholeEquations | None:
     """The constraints and masses of a large system of families, for all members at once; None of others."""
-    if not spec.families.get("coordinates"):
+    if not spec.coordinate_families:
         return None
     from lagrange_cli.families.consistency import equations_of
 

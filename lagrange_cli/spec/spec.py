@@ -172,6 +172,11 @@ class Spec:
     replaced: Mapping[str, Expression] = field(default_factory=dict)
 
     @property
+    def coordinate_families(self) -> Mapping[str, Family]:
+        """The families of coordinates, by what they are named by."""
+        return self.families.get("coordinates", {})
+
+    @property
     def written_bodies(self) -> Iterator[Body]:
         """The bodies; of members of a family that are written alike the first."""
         return written(self.bodies)

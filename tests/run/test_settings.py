@@ -36,7 +36,7 @@ class SpecWith:
     events: tuple = ()
     all_constraints: tuple = ()
     coordinates: tuple = ()
-    families: dict = field(default_factory=dict)
+    coordinate_families: dict = field(default_factory=dict)
 
 
 def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen

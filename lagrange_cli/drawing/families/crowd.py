@@ -92,7 +92,7 @@ class Crowd:
 
     def _rises(self) -> bool:
         """Whether places of one component are heights."""
-        families = grouped(names_of(self.spec.coordinates), self.spec.families.get("coordinates", {}))
+        families = grouped(names_of(self.spec.coordinates), self.spec.coordinate_families)
         return {family.name.rstrip("0123456789_") for family in families} <= HEIGHTS
 
     def lifted(self, place: Sequence[Node]) -> Place:
@@ -228,6 +228,6 @@ def lengths(values: Array) -> Array:
 
 def crowd_of(spec: Spec, values: Values, start: float) -> Crowd:
     """The crowd of a system file. Raises ``Unsuited``."""
-    if not spec.families.get("coordinates") or not spec.embedding:
+    if not spec.coordinate_families or not spec.embedding:
         raise Unsuited
     return Crowd(spec, values, start)

@@ -300,7 +300,7 @@ def grown(state: RandomState, quantity: str, rigid: Rigid) -> Values:
 def shifts(system: FamilySystem) -> Iterator[Trial]:
     """All members of a family of coordinates change alike."""
     spec, first = system.spec, 0
-    for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
+    for family in grouped(names_of(spec.coordinates), spec.coordinate_families):
         direction = np.zeros(system.q.count)
         direction[first : first + len(family.members)] = 1.0
         first += len(family.members)

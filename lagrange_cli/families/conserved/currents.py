@@ -35,7 +35,7 @@ def current(system: FamilySystem, quantity: str) -> Total:
 def of_family(system: FamilySystem, name: str) -> Iterator[Term]:
     """The sum of the momenta of a family of coordinates."""
     spec, first = system.spec, 0
-    for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
+    for family in grouped(names_of(spec.coordinates), spec.coordinate_families):
         count = len(family.members)
         if family.name == name:
             domain, rows = Domain(count), np.arange(first, first + count)

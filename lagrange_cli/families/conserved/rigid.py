@@ -59,7 +59,7 @@ def candidates(system: FamilySystem) -> list[Part]:
     """The changes that are combined."""
     spec, first = system.spec, 0
     families: list[tuple[Family, int]] = []
-    for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
+    for family in grouped(names_of(spec.coordinates), spec.coordinate_families):
         families.append((family, first))
         first += len(family.members)
     if len(families) > MOST_FAMILIES:

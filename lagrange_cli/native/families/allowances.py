@@ -103,13 +103,10 @@ def allow(f: Function, degrees: int, units: float, of: Callable[[Integer, int], 
 DIRECTIONS = "define internal void @allow_directions(ptr %constants, ptr %state, ptr %errors) #0"
 
 
-def allow_directions(arrangement: Arrangement, state: StateLayout) -> str:
-    """The text of the function, which adds to the ``%errors`` at the rows of velocities; none where no
-    friction acts along differences of velocities. (Steps on rates measure these errors.)"""
-    errors, degrees = arrangement.blurred, arrangement.degrees
-    if errors is None or arrangement.kind is not DoubleVectors:
-        return ""
-    f = Function(DIRECTIONS)
+def allow_directions(arrangement: Arrangement, errors: Total, state: StateLayout) -> str:
+    """The text of the function, which adds the ``errors`` of accelerations to the ``%errors`` at the rows of
+    velocities."""
+    f, degrees = Function(DIRECTIONS), arrangement.degrees
     vectors = DoubleVectors(f)
     base = arrangement.scratch(vectors)
     arrays = arrangement.state(f)

@@ -48,7 +48,7 @@ def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) ->
 
 def runs(spec: Spec) -> list[tuple[int, bool]]:
     """How many coordinates follow one another that are of one family, or of none; and whether they are."""
-    families, found = spec.families.get("coordinates", {}), list[tuple[int, bool]]()
+    families, found = spec.coordinate_families, list[tuple[int, bool]]()
     for one in groups_of(spec.coordinates):
         name, count = one.name, len(one) if isinstance(one, WrittenFamily) else 1
         if found and name not in families and not found[-1][1]:

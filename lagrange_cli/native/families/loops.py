@@ -60,6 +60,13 @@ def rows_of(tables: Sequence[Places], count: int) -> Rows:
     return Rows(starts, np.diff(np.append(starts, count)), tuple(strides))
 
 
+def are_same(one: Places, other: Places) -> bool:
+    """Whether two tables are equal. Most that are not differ at their ends."""
+    if one is other or not (len(one) and len(one) == len(other)):
+        return one is other
+    return bool(one[0] == other[0] and one[-1] == other[-1] and np.array_equal(one, other))
+
+
 @dataclass(frozen=True, eq=False)
 class Loop:
     """The terms of one domain that are computed together, each with the total it belongs to."""
@@ -83,7 +90,7 @@ class Loop:
         tables: list[Places] = []
         numbers: list[int] = []
         for table in [slot.table for slot in self.used.values()] + [term.targets for term, _ in self.terms]:
-            same = (i for i, one in enumerate(tables) if one is table or np.array_equal(one, table))
+            same = (i for i, one in enumerate(tables) if are_same(one, table))
             i = next(same, len(tables))
             if i == len(tables):
                 tables.append(table)

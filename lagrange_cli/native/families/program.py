@@ -13,9 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from lagrange_cli.families.contacts import Coupled
-from lagrange_cli.native.families.allowances import allow_directions, of_joints, where_diagonal
 from lagrange_cli.native.families.approach import approach
-from lagrange_cli.native.families.banded_masses import BandedMasses
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
@@ -44,9 +42,9 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
 from lagrange_cli.native.program import Program
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.coupling import Coupling
-from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
@@ -186,6 +184,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
         found = of_families(self.system)
         if self.system.coupled_masses is None or self.system.bonds is not None or found.band.full:
             return found
+        from lagrange_cli.native.families.banded_masses import BandedMasses
+
         return replace(found, masses=BandedMasses(self, found.places))
 
     def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:
@@ -198,6 +198,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
 
     def pair_steps(self, interface: Interface, jet: Jet) -> Steps:
         """The same in double-double: low parts are behind all high ones."""
+        from lagrange_cli.native.stepping.double_doubles import stepper
+
         floors, width, work = self.floors() if self.diagonal else "", self.layout.width, jet.work
         floor = work if self.degrees > 1 else 0
         orders = -(-(work + room(width)) // width)
@@ -235,7 +237,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             project=self.projection() + self.push(), timed=not self.system.steady, floors=floors,
             jointed=self.system.mixed, alone=bool(self.own_actions.loops),
             coupled=self.together, static=self.static(),
-            directions="" if self.scheme else allow_directions(self, interface.inner),
+            directions=self.directions(interface.inner),
         )  # fmt: skip
 
     @cached_property
@@ -299,10 +301,21 @@ class FamilyProgram(Returning, Observation, MotionJets):
         if self.rounded is None and self.shaken is None:
             return ""
         unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
+        from lagrange_cli.native.families.allowances import of_joints, where_diagonal
+
         if self.shaken is not None:
             return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)
         assert self.rounded is not None
         return where_diagonal(self, self.rounded, unit)
+
+    def directions(self, state: StateLayout) -> str:
+        """``@allow_directions``, where friction acts along differences of velocities. (Steps on rates measure
+        these errors.)"""
+        if self.scheme or self.blurred is None or self.kind is not DoubleVectors:
+            return ""
+        from lagrange_cli.native.families.allowances import allow_directions
+
+        return allow_directions(self, self.blurred, state)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""

@@ -17,9 +17,9 @@ from math import comb
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.gauss_radau_lengths import LEAST, GaussRadauLengths
-from lagrange_cli.native.rates.gauss_radau_nodes import NODES, TERMS, inverse, products
+from lagrange_cli.native.rates.gauss_radau_nodes import STRIDE, TERMS, inverse, products, tables
 from lagrange_cli.native.rates.gauss_radau_sizes import ORDER
-from lagrange_cli.native.rates.places import HEADER, TRIED
+from lagrange_cli.native.rates.places import HEAD, HEADER, TRIED
 from lagrange_cli.native.rates.steps import Trial
 from lagrange_cli.native.stepping.polynomial import powers
 
@@ -33,10 +33,15 @@ BESIDE = 2.0**-10
 what rests are rounding errors of its forces of constraint. So it is where joints have several coordinates."""
 AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
+NODE = "double %t, double %low, double %h, i64 %n"
+"""A node of a step: where this begins, how long it is, and the number of the node."""
 
 
 class GaussRadauSteps(GaussRadauLengths):
     """Steps of ``ias15``."""
+
+    def functions(self) -> list[str]:
+        return [*tables(), *super().functions()]
 
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         if self.given.static:
@@ -71,35 +76,43 @@ class GaussRadauSteps(GaussRadauLengths):
     def _iterate(self, f: Function, t: Real, low: Real, h: Real) -> Bit:
         """Compute rates at the nodes until they do not change any more; whether all of them were regular."""
         before, rounds = f.variable(f.constant(math.inf)), f.variable(f.count(0))
-        regular = f.variable(Bit(f, "true"))
+        regular, error = f.variable(Bit(f, "true")), f.variable(f.constant(0.0))
         with f.forever() as iterations:
-            for n in range(TERMS):
-                error, good = self._node(f, n, t, low, h)
+            with f.loop(0, TERMS, tested=False) as n:
+                places = f.pointers("constants", "state", "work")
+                changed, good = f.parts((Real, Bit), "corrected", *places, t, low, h, n)
+                error.set(changed)
                 regular.set(regular.get() & good)
             rounds.set(rounds.get() + 1)
-            stalls = (rounds.get() > FEWEST) & (error >= before.get())
-            near = error <= max(CONVERGED, 0.001 * self.given.tolerance)
+            stalls = (rounds.get() > FEWEST) & (error.get() >= before.get())
+            near = error.get() <= max(CONVERGED, 0.001 * self.given.tolerance)
             done = near | stalls | (rounds.get() >= ROUNDS) | ~regular.get()
             with f.when(done):
                 iterations.leave()
-            before.set(error)
+            before.set(error.get())
         self.spend(f, rounds.get().to_real() * float(TERMS))
         return regular.get()
 
-    def _node(self, f: Function, n: int, t: Real, low: Real, h: Real) -> tuple[Real, Bit]:
-        """The state at a node, its rates, and the polynomial through them; by how much its last term has
-        changed, and whether the rates are regular."""
+    def helpers(self) -> list[Function]:
+        return [self._corrected()]
+
+    def _corrected(self) -> Function:
+        """``@corrected(constants, state, work, t, low, h, n)``: the state at a node, its rates, and the
+        polynomial through them; by how much its last term has changed, relative to velocities, if the node is
+        the last one, and whether the rates are regular."""
+        f = Function(f"define internal {{ double, i1 }} @corrected{HEAD}, {NODE}) #0")
+        t, low, h = f.reals("t", "low", "h")
+        n = Integer(f, "%n")
         layout, at, lanes = self.state, self._places, self.lengths.lanes
-        degrees, width, s = layout.degrees, layout.width, NODES[n]
-        hs = h * s
+        degrees, width, row = layout.degrees, layout.width, n * STRIDE
+        hs = h * f.load("@nodes", n)
         wide = f.splat(hs, lanes)
 
-        def total(i: Integer, divisors: list[int]) -> Real:
-            """a(0) and b, each times a power of s, over a divisor."""
-            begin = self._term(f, at.begin, 0, i)
-            sums = [begin * (1.0 / divisors[0]), None]
+        def total(i: Integer, first: float, factors: str) -> Real:
+            """a(0) and b, each times its factor."""
+            sums = [self._term(f, at.begin, 0, i) * first, None]
             for k in range(TERMS):
-                factor = s ** (k + 1) / divisors[k + 1]
+                factor = f.splat(f.load(factors, row + k), lanes)
                 b = self._term(f, self.terms, k, i)
                 other = sums[(k + 1) % 2]
                 sums[(k + 1) % 2] = b * factor if other is None else f.fused(b, factor, other)
@@ -107,29 +120,33 @@ class GaussRadauSteps(GaussRadauLengths):
             return sums[0] + sums[1]
 
         with self._each(f, degrees) as i:
-            twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])
+            twice = total(i, 0.5, "@twice_integrated")
             v, v_low = (f.load_row("%state", i + (degrees + part * width), lanes) for part in (0, 1))
             change = f.fused(wide, f.fused(wide, twice, v_low), wide * v)
             self.put_state(f, i, change, f.load_row("%state", i + width, lanes))
         with self._each(f, self._count) as i:
-            change = wide * total(i, [k + 1 for k in range(TERMS + 1)])
+            change = wide * total(i, 1.0, "@integrated")
             rest = f.load_row("%state", i + (degrees + width), lanes)
             self.put_state(f, i + degrees, change, rest)
         rates, good = self.node(f, t + (low + hs))
-        parts, largest = products()[n], f.variable(f.zero(lanes))
+        largest = f.variable(f.zero(lanes))
         with self._each(f, self._count) as i:
-            x = (f.load_row(rates, i, lanes) - self._term(f, at.begin, 0, i)) * (1.0 / s)
-            for j in range(n):
-                x = (x - self._term(f, self.differences, j, i)) * (1.0 / (s - NODES[j]))
-            change = x - self._term(f, self.differences, n, i)
-            self._put(f, x, self.differences, n, i)
-            for k in range(n + 1):
-                b = self._term(f, self.terms, k, i)
-                self._put(f, f.fused(change, float(parts[k]), b), self.terms, k, i)
-            if n == TERMS - 1:
-                error = f.magnitude(change) * f.load_row("%work", i + self.scale, lanes)
-                largest.set(f.larger(error, largest.get()))
-        return f.reduce("fmax", largest.get()), good
+            first = f.splat(f.load("@apart", row), lanes)
+            x = f.variable((f.load_row(rates, i, lanes) - self._term(f, at.begin, 0, i)) * first)
+            with f.loop(0, n) as j:
+                apart = f.splat(f.load("@apart", row + j + 1), lanes)
+                x.set((x.get() - f.load_row("%work", i + self.differences + j * self.span, lanes)) * apart)
+            place = i + self.differences + n * self.span
+            change = x.get() - f.load_row("%work", place, lanes)
+            f.store_row(x.get(), "%work", place)
+            with f.loop(0, n + 1, tested=False) as k:
+                place = i + self.terms + k * self.span
+                factor = f.splat(f.load("@products", row + k), lanes)
+                f.store_row(f.fused(change, factor, f.load_row("%work", place, lanes)), "%work", place)
+            error = f.magnitude(change) * f.load_row("%work", i + self.scale, lanes)
+            largest.set(f.larger(error, largest.get()))
+        f.give(f.reduce("fmax", largest.get()), good)
+        return f
 
     def finish(self, f: Function, h: Real) -> None:
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""

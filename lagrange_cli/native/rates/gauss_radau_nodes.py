@@ -7,7 +7,10 @@ follow from the nodes as they are rounded: so the polynomial passes through the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
+
+from lagrange_cli.native.llvm.text import table
 
 NODES = (
     0.05626256053692215, 0.18024069173689236, 0.3526247171131696, 0.5471536263305554,
@@ -15,6 +18,8 @@ NODES = (
 )  # fmt: skip
 """The zeros of (P_7 + P_8)(2 s - 1) except s = 0 (P: Legendre polynomials)."""
 TERMS = len(NODES)
+STRIDE = TERMS + 1
+"""How far tables for one node are behind those for the node before."""
 
 
 def products() -> tuple[tuple[Fraction, ...], ...]:
@@ -38,3 +43,24 @@ def inverse(rows: tuple[tuple[Fraction, ...], ...]) -> tuple[tuple[Fraction, ...
             for m in range(n + 1):
                 rest[m] -= solved[n][k] * rows[n][m]
     return tuple(map(tuple, solved))
+
+
+def tables() -> list[str]:
+    """Numbers for each node, for loops over nodes: s; what b[k] adds to the mean of the rates until s, and to
+    that of their integrals; 1 / s and 1 / (s - s_j); and what g[n] adds to b[k]."""
+    rows = products()
+    integrated = [[s ** (k + 1) / (k + 2) for k in range(TERMS)] for s in NODES]
+    twice = [[s ** (k + 1) / ((k + 2) * (k + 3)) for k in range(TERMS)] for s in NODES]
+    apart = [[1.0 / s, *(1.0 / (s - other) for other in NODES[:n])] for n, s in enumerate(NODES)]
+    return [
+        table("nodes", NODES, "double"),
+        _table("integrated", integrated),
+        _table("twice_integrated", twice),
+        _table("apart", apart),
+        _table("products", [[float(one) for one in row] for row in rows]),
+    ]
+
+
+def _table(name: str, rows: Sequence[Sequence[float]]) -> str:
+    filled = [x for row in rows for x in (*row, *[0.0] * (STRIDE - len(row)))]
+    return table(name, filled, "double")

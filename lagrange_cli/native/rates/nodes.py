@@ -33,9 +33,13 @@ class RatesAtNodes(DoubleSteps):
 
     def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> tuple[Pointer, Bit]:
         """The rates of a state, and whether they are regular."""
-        at = self._places.jet
-        good = f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, f.place(work, at, "double"))
-        return f.place(work, at + self.state.width + self.state.degrees, "double"), good
+        at = f.place(work, self._places.jet, "double")
+        good = f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, at)
+        return self.rates(f), good
+
+    def rates(self, f: Function) -> Pointer:
+        """Where rates are that have been computed."""
+        return f.place("%work", self._places.jet + self.state.width + self.state.degrees, "double")
 
     def called(self, f: Function, name: str, *arguments: Real) -> None:
         """A call of a function without a result."""

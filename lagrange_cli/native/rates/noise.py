@@ -81,33 +81,31 @@ class RateNoise:
         """How far behind velocities it is written how much of their rates is rounding."""
         return self.steps.state.errors
 
-    def function(self) -> Function:
+    @property
+    def _ways(self) -> int:
+        """Where it is written how far each coordinate is moved."""
+        return self.spare + 2 * wide_of(self.steps.state)
+
+    def functions(self) -> list[Function]:
+        """What measures, and what that calls."""
+        return [self._set_off(), self._rounding()]
+
+    def _rounding(self) -> Function:
         """``@rounding(constants, state, work)``: measure."""
         f = Function(f"define internal void @rounding{HEAD}) #0")
-        steps, lengths, now = self.steps, self.steps.lengths, self.steps.now(f)
+        steps, lengths = self.steps, self.steps.lengths
         width, lanes, degrees = steps.state.width, lengths.lanes, lengths.degrees
-        ways = self.spare + 2 * wide_of(steps.state)
         half, kept = (f.place("%work", self.spare + part * wide_of(steps.state), "double") for part in (0, 1))
         node = f.place("%work", self.node, "double")
         longest = f.load("%state", steps.state.carried_at + LONGEST)
         with lengths.each(f) as row:
-            row.put(f.zero(lanes), "%work", ways)
-        write_fastest(f, lengths, steps.related, ways, longest * FAMILY)
-        longest = lengths.wide(f, longest)
+            row.put(f.zero(lanes), "%work", self._ways)
+        write_fastest(f, lengths, steps.related, self._ways, longest * FAMILY)
         f.copy_rows((node, 0), (kept, 0), width, lanes)
         with f.loop(0, WAYS, tested=False) as way:
             for size in (WIDER * SIZE, 0.5 * SIZE, SIZE):
-                with f.loop(0, width, lanes, tested=False) as i:
-                    row = Row(lengths, f, i)
-                    moved = f.magnitude(row.at("%state", degrees)) * longest
-                    moved = f.larger(moved, row.at("%work", ways + degrees))
-                    own = row.at("%state")
-                    most = f.select(row.among(0, degrees), f.larger(f.magnitude(own), moved), own)
-                    change = f.select(
-                        row.among(0, 2 * degrees), most * scattered(row, way) * size, f.zero(lanes)
-                    )
-                    steps.put_state(f, i, change, row.at("%state", width))
-                rates, _ = steps.node(f, f.fused(now, size * LATER, now))
+                f.call(None, "set_off", *f.pointers("constants", "state", "work"), way, f.constant(size))
+                rates = steps.rates(f)
                 with lengths.velocities(f) as row:
                     change = row.at(rates, -degrees) - row.at("%work", self.begin - degrees)
                     if size > SIZE:
@@ -130,6 +128,27 @@ class RateNoise:
         f.copy_rows((kept, 0), (node, 0), width, lanes)
         steps.spend(f, f.constant(3.0 * WAYS))
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
+        f.give()
+        return f
+
+    def _set_off(self) -> Function:
+        """``@set_off(constants, state, work, way, size)``: rates at a state that differs by rounding errors
+        of this size, relative to what moves."""
+        f = Function(f"define internal void @set_off{HEAD}, i64 %way, double %size) #0")
+        steps, lengths, now = self.steps, self.steps.lengths, self.steps.now(f)
+        lanes, degrees = lengths.lanes, lengths.degrees
+        way, size = Integer(f, "%way"), Real(f, "%size", 1)
+        longest = lengths.wide(f, f.load("%state", steps.state.carried_at + LONGEST))
+        with f.loop(0, steps.state.width, lanes, tested=False) as i:
+            row = Row(lengths, f, i)
+            moved = f.magnitude(row.at("%state", degrees)) * longest
+            moved = f.larger(moved, row.at("%work", self._ways + degrees))
+            own = row.at("%state")
+            most = f.select(row.among(0, degrees), f.larger(f.magnitude(own), moved), own)
+            change = most * scattered(row, way) * lengths.wide(f, size)
+            change = f.select(row.among(0, 2 * degrees), change, f.zero(lanes))
+            steps.put_state(f, i, change, row.at("%state", steps.state.width))
+        steps.node(f, f.fused(size, now * LATER, now))
         f.give()
         return f
 

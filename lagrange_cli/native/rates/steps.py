@@ -83,7 +83,7 @@ class RateSteps(RatesAtNodes):
             self.watching = Watching(self, places, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
-        made = [*self.acceptance(), *self.helpers(), self.rounding.function(), self._tried(), self._carry()]
+        made = [*self.acceptance(), *self.helpers(), *self.rounding.functions(), self._tried(), self._carry()]
         given = self.given
         texts = [clear_function(), given.project, given.floors, given.static, given.approach]
         if self.guards and self.watching:

@@ -196,11 +196,20 @@ class ActionCode:
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
         time, one = f.place(state, layout.time), f.count(1)
+        if rows.degrees < layout.degrees:
+            state, results = self._without_auxiliary(f, results), f.place(results, 2 * rows.degrees, "double")
         if self.alone and not rows.reached and j is not None:
             f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
         else:
             f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
         return results
+
+    def _without_auxiliary(self, f: Function, place: Pointer) -> Pointer:
+        """The coordinates and velocities alone, copied to a ``place``."""
+        degrees, state = self.rows.degrees, f.pointer("%state")
+        for part in range(2):
+            f.copy_rows((state, part * self.layout.degrees), (place, part * degrees), degrees, 1)
+        return place
 
     def _bounce(self, f: Function, j: Integer, results: Pointer, known: Speeds | None) -> Bit:
         """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may

@@ -102,7 +102,7 @@ def families_of(spec: Spec) -> tuple[Family, ...]:
     from lagrange_cli.spec.spec import grouped
 
     names = [coordinate.name for coordinate in spec.coordinates]
-    return grouped(names, spec.families.get("coordinates", {}))
+    return grouped(names, spec.coordinate_families)
 
 
 def with_common_times(spec: Spec, values: EnsembleValues, request: Request) -> Spec:
@@ -154,7 +154,7 @@ def prepare_ensemble(ensemble: Ensemble, request: Request, monitor: Monitor, sec
             meanwhile=import_the_rest,
         )
 
-    found = prepared(few=bool(ensemble.spec.families.get("coordinates")))
+    found = prepared(few=bool(ensemble.spec.coordinate_families))
     if found.machine.follow is None and found.compilation.few and steps_of(ensemble, found) > MOST_STEPS:
         from lagrange_cli.integrate.families import in_loops_if_few
 

@@ -48,9 +48,7 @@ class MemberKinds(Builder):
                     speed = velocity_name(family.name)
                     self.bases[speed] = family
                     self.rates |= {family.name: speed, speed: acceleration_name(family.name)}
-        self.coordinates = grouped(
-            [one.name for one in spec.coordinates], spec.families.get("coordinates", {})
-        )
+        self.coordinates = grouped([one.name for one in spec.coordinates], spec.coordinate_families)
         self.groups: dict[str, Group] = {}
         self.within: list[Group] = []
         """The groups whose members are being built."""
