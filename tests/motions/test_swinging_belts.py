@@ -99,7 +99,7 @@ def in_phases(case: str) -> Array:
     return found
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("method", "tolerance"), STEPS)
 @pytest.mark.parametrize("case", BELTS)
 def test_a_puck_that_sticks_and_slides(case: str, method: str, tolerance: float) -> None:
