@@ -303,8 +303,9 @@ def take(at: Progress, planned: Planned) -> None:
     steps.project(f, at.due)
     at.uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
     if steps.quadratures:
-        rough = steps.rough(f, now, step, planned.sound) & seen
-        at.settled.set(rough | ~seen | ~planned.sound)
+        stops = at.stops.get()  # the series at the end have no integrands, and those of the step are good
+        rough = steps.rough(f, now, step, planned.sound) & seen & ~stops
+        at.settled.set(rough | ~seen | ~planned.sound | stops)
         at.unit_before.set(now.unit)
         with f.when(rough):
             steps.part(f, now, step, (at.began.get(), sampled))
