@@ -303,7 +303,8 @@ def take(at: Progress, planned: Planned) -> None:
     steps.project(f, at.due)
     at.uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
     if steps.quadratures:
-        stops = at.stops.get() & planned.sound  # the series at the end have no integrands, and those of the step are good
+        # the series at the end have no integrands there, and those of the step are good
+        stops = at.stops.get() & planned.sound
         rough = steps.rough(f, now, step, planned.sound) & seen & ~stops
         at.settled.set(rough | ~seen | ~planned.sound | stops)
         at.unit_before.set(now.unit)

@@ -212,7 +212,7 @@ class Division:
 FARTHER, WEAKEST, BENT, TERMS = 4.0, 0.264, 2.0**-10, 20
 """How many times as far away a power law is looked at; this to its exponent, below which the integral is
 hardly finite; how far off the last place may be; terms of a logarithm."""
-EVENLY, STEADY = 2.0**-30, 0.5
+EVENLY, STEADY = 2.0**-30, 0.0625
 """A quantity that changes by at most this fraction of itself counts as constant, and by at most this one as
 bounded."""
 
