@@ -13,7 +13,15 @@ from lagrange_cli.native.guards import EXPLICIT
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import keep_families
 from tests.families.test_friction import MOVING, blocks
-from tests.families.test_switches import BY_RATES, compare, compare_long, followed, ledgers_close, ready
+from tests.families.test_switches import (
+    BY_RATES,
+    LEDGERS,
+    compare,
+    compare_long,
+    followed,
+    ledgers_close,
+    ready,
+)
 from tests.families.test_vector_friction import HEAD, PUSHED, SPRINGS, move_alike
 from tests.support.draws import examples
 
@@ -186,3 +194,32 @@ def test_belts_that_jump_are_written_out() -> None:
     """Nothing says what holds at the edge between two of them."""
     text = blocks(20, "-F*sign(x_dot[i] - where(x[i] > 0, V, 0))")
     assert any_family_system(read_spec(text, "system.yaml")) is None
+
+
+SWINGING = """
+sizes: {{N: 12}}
+parameters: {{F: {F}, V: {V}, k: {k}}}
+coordinates:
+  "x[i in range(N)]": {{initial: 0.1*i, velocity: 0.5}}
+  "y[i in range(N)]": {{initial: 0.05*i, velocity: -0.3 + 0.05*i}}
+masses: {{"p[i in range(N)]": 1}}
+positions: {{"p[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum(k*(x[i]**2 + y[i]**2)/2 for i in range(N))
+forces: {{"p[i in range(N)]": "-F/norm((p[i].vx - V*cos(3*t), p[i].vy))*(p[i].vx - V*cos(3*t), p[i].vy)"}}
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("limit", "speed", "spring"), [(2.4945825, 0.5216515, 16.1547598), (2.0, 0.8, 20.0), (2.42, 0.904, 15.5)]
+)
+def test_ledgers_close_where_pucks_stop_again_and_again(
+    limit: float, speed: float, spring: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the last step before a puck stops, the direction of friction is hardly known. The impulse of all
+    forces is the change of momentum nevertheless."""
+    keep_families(monkeypatch, whole=True)
+    text = SWINGING.format(F=limit, V=speed, k=spring)
+    found = followed(ready(text, LEDGERS | {"p"}), text, 3.0)
+    for path in ("h", "p/x", "p/y"):
+        assert np.max(np.abs(found[f"diagnostics/ledger/{path}"])) < 1e-10, path

@@ -22,6 +22,7 @@ from tests.families.test_switches import (
     ledgers_close,
     ready,
 )
+from tests.motions.test_turning_under_friction import half_cycles
 from tests.support.families import alike
 
 HEAD = """
@@ -209,3 +210,32 @@ def test_what_acts_in_other_ways_is_written_out(force: str) -> None:
     spec = read_spec(text, "system.yaml")
     assert any_family_system(spec) is None
     assert "friction along a vector" in reason(spec)[0]
+
+
+OWN_TIMES = """
+sizes: {{N: {count}}}
+parameters: {{k: 30, limit: 2.943}}
+coordinates: {{"x[i in range(N)]": {{initial: 0.8 + 0.08*i}}, "y[i in range(N)]": {{initial: 0.6 + 0.06*i}}}}
+masses: {{"p[i in range(N)]": 1}}
+positions: {{"p[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum(k*(1 + {apart}*i)*(x[i]**2 + y[i]**2)/2 for i in range(N))
+dissipation: sum(limit*norm((p[i].vx, p[i].vy)) for i in range(N))
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(("count", "apart"), [(1, 0.0), (6, 0.0), (6, 0.037), (30, 0.037)])
+def test_bodies_turn_round_in_few_steps(count: int, apart: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the same time, or each at its own, with the closed form of friction on a spring along a line. (They
+    took 40 to 150 steps for each time that one turns.)"""
+    keep_families(monkeypatch, whole=True)
+    text = OWN_TIMES.format(count=count, apart=apart)
+    motion = followed(ready(text, frozenset({"q", "v"})), text, 2.0)
+    turns = 0
+    for i in range(count):
+        k, amplitude = 30.0 * (1.0 + apart * i), 1.0 + 0.1 * i
+        turns += int(2.0 * np.sqrt(k) / np.pi)
+        line = half_cycles(motion.t, amplitude, k, 2.943)
+        for name, part in (("q/x", 0.8), ("q/y", 0.6)):
+            assert np.max(np.abs(motion[name][:, i] - part * line)) < 2e-13
+    assert motion.outcome.steps < 60 + 6 * turns

@@ -7,7 +7,7 @@ the motion that is held, whose force has a direction, and what friction in this 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -55,7 +55,8 @@ class Friction:
 @dataclass(frozen=True)
 class Held:
     """The motion while vectors are held: the series of its ``accelerations`` (velocities, coefficients), of
-    the ``forces`` that hold the vectors (parts, coefficients), and what ``friction`` does to them."""
+    the ``forces`` that hold the vectors (parts, coefficients), and what ``friction`` does to them. Friction
+    may soon turn vectors that slide already: no more than the present accelerations count of these."""
 
     accelerations: Array
     forces: Mapping[int, Array]
@@ -168,7 +169,15 @@ class Onset(Leading):
             guard = self._rows.guards[j]
             forces[j] = self._coefficients_of(guard.multiplier, guard.multiplier + guard.parts).copy()
         known = (j for j in sliding if j in forces) if self._apart else forces
+        for j in self._others(forces):
+            accelerations[[*self._rows.guards[j].pivots], 1:] = 0.0
         return Held(accelerations, forces, {j: self._friction(j) for j in known})
+
+    def _others(self, vectors: Container[int]) -> list[int]:
+        """The vectors that slide, without some."""
+        guards = self._rows.guards
+        listed = (j for j in self._rows.vectors if guards[j].multiplier and self.modes[j] > 0.0)
+        return [j for j in listed if j not in vectors]
 
     def _guess(self, t: float, held: Held, sliding: Iterable[int]) -> tuple[Array, dict[int, Array]]:
         """About the accelerations after a time, and the directions in which vectors slide then."""
@@ -203,15 +212,11 @@ class Onset(Leading):
         speeds = np.abs(origin[self._own])  # surfaces move with the time, which is rounded, too
         by_time = abs(origin[self._layout.time]) * np.max(np.abs(held.accelerations[:, 0])) / 8.0
         rounded = ROUNDED[parts - 1] * float(max(np.max(speeds), by_time))
-        vectors = [j for j in sliding if j in held.friction]
+        once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
+        others = self._others(sliding)
+        vectors = [*(j for j in sliding if j in held.friction), *others]  # friction turns slow ones soon
         pivots = [self._rows.guards[j].pivots for j in vectors]
         units = ROUNDED_OFF[parts - 1] * np.array([np.max(speeds[[*one]]) for one in pivots])
-        once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
-        others = [
-            j
-            for j in self._rows.vectors
-            if self._rows.guards[j].multiplier and self.modes[j] > 0.0 and j not in sliding
-        ]
         begins = self._parts(*others) if others else np.zeros(0)
 
         def rates(t: float, places: Array, speeds: Array) -> Array:
@@ -284,7 +289,8 @@ class Onset(Leading):
 
     def _speed_along(self, j: int, held: Held) -> float:
         """How large velocities are that make up a vector."""
-        return float(np.linalg.norm(self._parts(j)) / np.max(np.abs(held.friction[j].slopes)))
+        slopes = held.friction[j].slopes if j in held.friction else np.ones(1)
+        return float(np.linalg.norm(self._parts(j)) / np.max(np.abs(slopes)))
 
     def _beyond(self) -> dict[int, float]:
         """The guards whose forces exceed their limits while they are held, with the modes of their sides."""

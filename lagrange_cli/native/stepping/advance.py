@@ -35,6 +35,8 @@ so many, or there are other reasons."""
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 SMALLEST = 2.0**-1022
+REST = 2.0**-8
+"""This part of a step is left to where a vector is 0 that friction acts along."""
 BRANCH = 2.0**-20
 """A step that is so small a part of the one before it begins at a branch point of a force."""
 
@@ -115,6 +117,7 @@ def plan(at: Progress, now: Now) -> Planned:
     remembered = Clock.USUAL_STEP, Clock.LAST_PASS, Clock.PASSES, Clock.LEAVING, Clock.UNEXPLAINED
     usual, last, times, leaving, lax = (f.variable(at.clock(one)) for one in remembered)
     kept = usual, last, times, leaving, lax
+    at.stops.set(at.no)
     aims = f.variable(at.yes), f.variable(gap), f.variable(h)
     return Planned(now, by_series, sound, left, h, reach, passed, gap, *kept, *aims)
 
@@ -186,6 +189,7 @@ def approach(at: Progress, step: Planned) -> None:
 def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: Loop) -> None:
     """The step ends where a mode changes."""
     f, steps = at.f, at.steps
+    aim = aim_at_stop(at, step) if steps.guards and steps.guards.stopping else None
     ahead = f.smaller(step.bound.get(), step.left)
     root, which, known = steps.first_guard(f, step.now, ahead)
     if creeping(at) and steps.guards and steps.guards.switches:
@@ -193,6 +197,12 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
     step.bound.set(f.select(known < ahead, known, step.bound.get()))
     if steps.guards and steps.guards.rows.joined:  # what is driven back is hit now
         root = f.select((root < 0.0) & steps.guards.acts(f, which), at.zero, root)
+    if aim:
+        zero, vector, stops = aim
+        first = (root > ahead) & (known >= ahead)
+        stops = stops & (first | (which.equals(vector) & (root > 0.0) & (root <= ahead)))
+        root, which = f.select(stops, zero, root), f.select(stops, vector, which)
+        at.stops.set(stops)
     with f.when(root <= ahead):
         due.set(which)
         with f.when(root < 0.0):
@@ -217,6 +227,21 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
             step.bound.set(f.select(close, root, root * (1.0 - MARGIN)))
         assert steps.guards
         step.bound.set(steps.guards.beyond(f, step.bound.get(), which, ahead))
+
+
+def aim_at_stop(at: Progress, step: Planned) -> tuple[Real, Integer, Bit]:
+    """Let the step end where a vector goes straight to 0 that friction acts along, if that is near: when, its
+    guard, and whether it ends there. There friction has no direction, so that no series can confirm it. So
+    the step ends before, unless it is short: then it needs no confirmation."""
+    f, guards = at.f, at.steps.guards
+    assert guards
+    times = step.bound.get(), at.clock(Clock.LENGTH), step.usual.get()
+    zero, which, short = guards.straight(f, *times)
+    free = step.gap.equals(0.0) | (zero <= step.bound.get())
+    near = (zero <= step.left) & free
+    before = f.select(short, zero, zero * (1.0 - REST))
+    step.bound.set(f.select(near, before, step.bound.get()))
+    return zero, which, near & short
 
 
 def without_chatter(
@@ -278,8 +303,10 @@ def take(at: Progress, planned: Planned) -> None:
     steps.project(f, at.due)
     at.uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
     if steps.quadratures:
-        rough = steps.rough(f, now, step, planned.sound) & seen
-        at.settled.set(rough | ~seen | ~planned.sound)
+        # the series at the end have no integrands there, and those of the step are good
+        stops = at.stops.get() & planned.sound
+        rough = steps.rough(f, now, step, planned.sound) & seen & ~stops
+        at.settled.set(rough | ~seen | ~planned.sound | stops)
         at.unit_before.set(now.unit)
         with f.when(rough):
             steps.part(f, now, step, (at.began.get(), sampled))

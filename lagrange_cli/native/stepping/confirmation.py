@@ -48,6 +48,8 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
     good = steps.agree(f, now, at.uneven.get(), slack, unexplained > 0.0, floor) & regular
     if at.due is not None and steps.guards and steps.guards.switches:
         good = good_beyond(at, now, good, (slack, unexplained > 0.0, floor))
+    if steps.guards and steps.guards.stopping:
+        good = good | at.stops.get()
     blind, less = at.pending.get().equals(BLIND), at.taken.get() - 1
     with f.when(~good):
         take_back(at, Refused(now, regular, blind, less, floor, failures, unexplained))

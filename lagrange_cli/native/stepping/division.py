@@ -47,6 +47,8 @@ NEARBY = 2.0**-30
 """Parts of a step that begin within this of each other are at the same place."""
 EDGE = 16.0
 """A power law is followed over so many times the length of the shortest part with a series."""
+ROOM = 128.0
+"""Steps are so many times as long, so that the law is looked at within them."""
 STRETCHES = 16.0
 """If an integrand is not finite beyond such a part, it is evaluated so many times as far away."""
 MOST = 2**18
@@ -123,7 +125,7 @@ class Division:
             provable = asked > (f.magnitude(t) + tau[0]) * self.provable
             own = self.proven(asked, crowded, ~near & provable, tau)
             begins, edge = tau[0].equals(0.0), f.larger(crowded * EDGE, step[0] * self.edge)
-            edge = f.smaller(edge, step[0] / EDGE)  # a step as short as this may begin just beyond u = 0
+            edge = f.smaller(edge, step[0] / ROOM)  # a step as short as this may begin just beyond u = 0
             steep = (own < left[0]) & ((own <= crowded) | (left[0] <= edge))
             near = near & ~(steep & (left[0] <= edge))
             blind = (asked > crowded * SINGULAR) & provable if self.prove else f.never(1)
@@ -147,8 +149,9 @@ class Division:
             parts.go(part.end)
             room = f.select(begins, left[0] - h[0], tau[0])
             with f.when(short & steep & (begins | ends) & (room > h[0] * FARTHER**3)):
-                follow_powers(parts, part)
-            unseen = self.lose(part, stretch.get() >= STRETCHES, noisy & ~tired, unproven)
+                follow_powers(parts, part, f.magnitude(t))
+            blinded = stretch.get() >= STRETCHES
+            unseen = self.lose(part, f.magnitude(t), blinded, noisy & ~tired, unproven)
             good = (parts.accepted() | short | noisy | tired) & ~unseen
             less = f.larger(push.get() * 0.5, one)
             push.set(f.select(short, f.select(steep, push.get() * 2.0, push.get()), less))
@@ -176,7 +179,7 @@ class Division:
             rounds.repeat(missing & (count.get() < MOST) & ~self.halted())
         return difference(step, (reached.get(), beyond.get()))[0] <= 0.0, ~unexplained.get()
 
-    def lose(self, part: StepPart, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
+    def lose(self, part: StepPart, t: Real, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite
         beyond and not evaluated further away (``blind``), if it is far from its predicted value at the
         shortest part (``noisy``), or if it is ``unproven`` there, and no power law either. Returns whether to
@@ -195,6 +198,7 @@ class Division:
             wrong = lax & ~short & apart.compared("ugt", allowed * NOISY)
             strange = short & ~row.at(parts.array(KNOWN)).equals(1.0)
             even = apart <= allowed * BENT  # as beside a root, however small the integral is by chance
+            even = even | parts.slight(row, apart, allowed, h, t)
             # where a contact ends, rounding may have let u be below 0 in u^1.5, which was next to nothing
             before = f.magnitude(row.at(parts.array(RATES))) * own.wide(f, part.end[0])
             beyond = ~finite & ~(ends & (before <= f.magnitude(old) * FADED))
@@ -208,17 +212,19 @@ class Division:
 FARTHER, WEAKEST, BENT, TERMS = 4.0, 0.264, 2.0**-10, 20
 """How many times as far away a power law is looked at; this to its exponent, below which the integral is
 hardly finite; how far off the last place may be; terms of a logarithm."""
-EVENLY = 2.0**-30
-"""A quantity that changes by at most this fraction of itself counts as constant."""
+EVENLY, STEADY = 2.0**-30, 0.0625
+"""A quantity that changes by at most this fraction of itself counts as constant, and by at most this one as
+bounded."""
 
 
-def follow_powers(parts: StepParts, part: StepPart) -> None:
+def follow_powers(parts: StepParts, part: StepPart, t: Real) -> None:
     """The integrals at the end of a short part where the step begins or ends, if integrands are a + b r^p
     at the distance r from there; these are ``KNOWN``. The series are those at the end of the part.
 
     With f1, f2 and f3 at r, 4 r and 16 r, q = (f3 - f2)/(f2 - f1) = 4^p, and f4 at 64 r tells whether
     that is so. The integral within r is r (f1 + (f2 - f1) p/((1 - q) (1 + p))), where log(q) = 2 z (1 +
-    z^2/3 + ...) with z = (q - 1)/(q + 1).
+    z^2/3 + ...) with z = (q - 1)/(q + 1). Where f1 to f4 differ by rounding, as the direction of a vector
+    does that is almost 0, f1 is as good as the law.
     """
     f, own, h = parts.f, parts.own, part.h[0]
     zero, one = f.zero(own.lanes), f.splat(f.constant(1.0), own.lanes)
@@ -245,10 +251,14 @@ def follow_powers(parts: StepParts, part: StepPart) -> None:
         power = z * series * unit
         even = f.magnitude(change) <= size * EVENLY
         bent = first - change * series * unit / ((q + 1.0) * (power + 1.0))
-        integral = f.select(even, first, bent) * own.wide(f, h)
         follows = f.magnitude((fourth - third) - (third - second) * q) <= f.magnitude(fourth - third) * BENT
-        known = (size < ENDLESS) & (even | (follows & (q > WEAKEST) & (q < ENDLESS)))
-        known = row.moving(known)
+        law = follows & (q > WEAKEST) & (q < ENDLESS)
+        spread = f.magnitude(change)
+        for other in (third, fourth):
+            spread = f.larger(spread, f.magnitude(other - first))
+        steady = (spread <= size * STEADY) | parts.slight(row, spread, size, own.wide(f, h), t)
+        known = row.moving((size < ENDLESS) & (even | law | steady))
+        integral = f.select(law & ~even, bent, first) * own.wide(f, h)
         old = row.at(parts.at.arrays), row.at(parts.at.arrays, parts.low)
         ended = row.at(parts.array(ENDED)), row.at(parts.array(ENDED), parts.low)
         new = parts.sums.sum(f, old, (integral, zero))

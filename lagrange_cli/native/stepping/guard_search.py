@@ -125,6 +125,22 @@ class GuardSearch:
         cut = f.load_integer("@guard_roles", which).equals(Role.CUT)
         return f.select(cut, f.smaller(ahead, root + ahead * BEYOND), root)
 
+    @property
+    def searched(self) -> Searched:
+        """What vectors that stop are found by."""
+        return Searched(self.rows, self.lengths, self.layout, STOPPED[self.layout.parts - 1])
+
+    @property
+    def stopping(self) -> bool:
+        """Whether there are vectors that steps by series lead to 0."""
+        return not self.interpolated and self.layout.parts == 1 and bool(sliding(self.rows))
+
+    def straight(self, f: Function, *times: Real) -> tuple[Real, Integer, Bit]:
+        """What ``first_straight`` finds."""
+        places = f.pointers("state", "work")
+        zero, which, short = f.parts((Real, Integer, Bit), "first_straight", *places, *times)
+        return zero, which, short
+
     def largest(self, f: Function) -> Real:
         """The sum of the last coefficients of all arguments: not finite where one of these is not."""
         total = f.variable(f.constant(0.0))
@@ -184,11 +200,10 @@ class GuardSearch:
                 row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
-        searched = Searched(rows, self.lengths, layout, STOPPED[layout.parts - 1])
         if self.interpolated:
-            first_reached(searched, f, self.tolerance, self.longest, earliest, which)
+            first_reached(self.searched, f, self.tolerance, self.longest, earliest, which)
         else:
-            first_stopped(searched, f, earliest, which)
+            first_stopped(self.searched, f, earliest, which)
         # a later guard's argument may be known for less of the step than to an earlier one's root
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())

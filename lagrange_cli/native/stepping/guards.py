@@ -23,7 +23,7 @@ from lagrange_cli.native.stepping.at_once import UNCLEAR
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, JUMP, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.steps import copy_function
-from lagrange_cli.native.stepping.stopping import stopping_tables
+from lagrange_cli.native.stepping.stopping import first_straight, stopping_tables
 from lagrange_cli.records import dataclass
 
 AWAY, CHANGED, NOTED = range(3)
@@ -44,6 +44,7 @@ class GuardCode(GuardSearch):
         """The functions."""
         roots = self.roots
         own = [self._first(), self._flip(), self._settled()]
+        own += [first_straight(self.searched)] if self.stopping else []
         actions = self.actions.functions() if self.actions.any else []
         own += [roots.side()] if self.actions.any else []
         if self.rows.events:
@@ -59,7 +60,7 @@ class GuardCode(GuardSearch):
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
-            *stopping_tables(self.rows, interpolated=self.interpolated),
+            *stopping_tables(self.rows),
             *([table("guard_roots", self._roots)] if self._rooted else []),
             *(
                 [table("guard_steep", [int(one.steep) for one in guards])]

@@ -21,6 +21,8 @@ ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
 KNOWN = LOW_RATES
 """The arrays of ``StepArrays`` behind the state within the step, by number; low parts of states take one
 more. Of short parts the integrals that are known are marked."""
+SLIGHT = 8.0
+"""By so many rounding errors an integral may be off where an integrand jumps within what time resolves."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +165,12 @@ class StepParts:
         linear = sums.product(f, (self.known(row), self.known(row, 1)), (lengths.wide(f, h[0]), h[1]))
         change = choice(f, part.short, linear, summed)
         return sums.sum(f, (row.at(self.at.arrays), row.at(self.at.arrays, self.low)), change)
+
+    def slight(self, row: Row, change: Real, size: Real, h: Real, t: Real) -> Bit:
+        """Whether a ``change`` of an integrand of some ``size`` within ``h`` matters no more to the integral
+        than rounding errors of the time and of the integral so far."""
+        so_far = row.floored(self.f.magnitude(row.at(self.at.arrays)), self.at.there)
+        return change * h <= (size * self.own.wide(self.f, t) + so_far) * (self.bounds.rounding * SLIGHT)
 
     def known(self, row: Row, part: int = 0) -> Real:
         """A rate, or 0."""

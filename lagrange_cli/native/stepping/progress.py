@@ -48,6 +48,8 @@ class Progress:
         self.due = f.variable(f.count(NO_GUARD)) if steps.guards else None
         self.listed = steps.given.near is not None and steps.given.near.listed
         """Whether guards that are near are listed (``NearPlaces``)."""
+        self.stops = f.variable(no)
+        """Whether the step before ends where a vector is 0 that friction acts along."""
         self.whole = f.variable(no)
         """Whether the next step to a root is not divided."""
 
