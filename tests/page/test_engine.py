@@ -42,6 +42,8 @@ UNTIL = {
 UNREADABLE = {"bicycle"}
 """Systems whose equations are too large to be shown. It takes half a minute to find that out; here they are
 given up at once."""
+REPLAYED = {"newtons_cradle"}
+"""Those whose motion a page replays."""
 LONG = {"bicycle", "rattleback"}
 """Systems whose program would be too long with the proofs of its steps."""
 
@@ -85,9 +87,12 @@ def assert_same(found, name, size=None, **changes):
 @pytest.mark.parametrize("name", shipped.names())
 def test_the_page_computes_what_solve_does(name):
     """It is small, needs nothing but memory, and ends where ``solve`` does."""
-    page, engine = page_of(name), engine_of(name)
+    page = page_of(name)
+    assert page.live == (name not in REPLAYED)
+    if not page.live:
+        return
+    engine = engine_of(name)
     assert len(page.text.encode()) <= 400_000
-    assert page.live
     assert ("does not prove" in data_of(page.text)["notice"]) == (name in LONG)
     imports = engine.run("WebAssembly.Module.imports(opened.module).map((one) => one.name)")
     assert imports == ["__linear_memory", "__stack_pointer"]

@@ -72,7 +72,7 @@ def page(
         program, recording, notice = programmed(motion, derived)
         drawing = drawn(motion, followed)
         shown = {"members": [*members], "conserved": [*recording.conserved], "notice": notice}
-        why = why or sliding(program) or too_large(program.text)
+        why = why or sliding(program) or beginning(program) or too_large(program.text)
         if why and members:
             raise UsageError(f"the motions cannot be computed on a page: {why}")
         replays = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
@@ -194,6 +194,16 @@ def sliding(program: Program) -> str:
 
     holds = any(program.guards[j] >= 0 or program.guards[j] == EXPLICIT for j, _ in program.vectors)
     return "Friction against a vector is computed by lagrange solve only." if holds else ""
+
+
+def beginning(program: Program) -> str:
+    """Why a page cannot follow forces that begin as a root does, as those of elastic contact; empty if there
+    are none."""
+    from lagrange_cli.native.guards import ROOTS
+
+    if not any(ROOTS.get(one, (False, 0))[1] for one in program.guards):
+        return ""
+    return "Forces such as max(0, s)^(3/2), which have no series where they begin, are computed by lagrange solve only."
 
 
 def too_large(program: str) -> str:
