@@ -203,7 +203,7 @@ def beginning(program: Program) -> str:
 
     if not any(ROOTS.get(one, (False, 0))[1] for one in program.guards):
         return ""
-    return "Forces such as max(0, s)^(3/2), which have no series where they begin, are computed by lagrange solve only."
+    return "Forces such as max(0, s)^(3/2), which begin as a root does, are computed by lagrange solve only."
 
 
 def too_large(program: str) -> str:
