@@ -201,17 +201,25 @@ MUTATIONS = {
         ("tests/cli/test_resume.py::test_an_implicit_run_goes_on_to_the_same_bytes",),
     ),
     "a coefficient of ias15": Mutation(
-        "native/rates/gauss_radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
-        "twice = total(i, [(k + 1) * (k + 2) + (k == TERMS) for k in range(TERMS + 1)])",
+        "native/rates/gauss_radau_nodes.py", "/ ((k + 2) * (k + 3))",
+        "/ ((k + 2) * (k + 3) + (k == TERMS - 1))",
         ("tests/integrate/methods/test_ias15.py",),
+    ),
+    "the speed that an impact leaves": Mutation(
+        "native/events.py", "rates_of(model, [event]), after)", "rates_of(model, [event]), {})",
+        ("tests/integrate/impacts/test_in_compiled_code.py",),
+    ),
+    "the rest of a polynomial that is looked at": Mutation(
+        "native/stepping/roots.py", "f.load(p)) > rest.get()", "f.load(p)) > rest.get() * -1e9",
+        ("tests/motions/test_events.py",),
     ),
     "a limit without effect": Mutation(
         "limits.py", "if self.spent > self.most:", "if False:",
         ("tests/test_limits.py", "tests/cli/test_limits.py::test_the_work_of_deriving_is_bounded"),
     ),
     "the velocities that a page begins with": Mutation(
-        "page/engine.py", "given += written(one.velocity for one in spec.coordinates)",
-        "given += written(one.initial for one in spec.coordinates)",
+        "page/engine.py", "*(one.velocity for one in spec.coordinates)]",
+        "*(one.initial for one in spec.coordinates)]",
         (PAGES + "test_a_start_that_depends_on_parameters_follows_them",),
     ),
     "the sign of a velocity in a page": Mutation(
