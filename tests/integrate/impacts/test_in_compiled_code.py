@@ -24,7 +24,7 @@ REST, SHAKEN = ("y", "-e*y_dot"), ("y - A*sin(w*t)", "-e*y_dot + (1 + e)*A*w*cos
 KICK = ", kick: {when: sin(w*t), direction: rising, action: {set: {y_dot: y_dot + 1}}}"
 PENDULUM = """
 parameters: {{g: {g!r}, e: {e!r}}}
-coordinates: {{a: {{initial: -{height!r}}}, b: {{initial: 0.1}}}}
+coordinates: {{a: {{initial: -0.5 - {height!r}}}, b: {{initial: 0.1}}}}
 masses: {{upper: 1, lower: 0.4}}
 embedding: {{upper: "[sin(a), -cos(a)]", lower: "[sin(a) + sin(b), -cos(a) - cos(b)]"}}
 potential: -1.4*g*cos(a) - 0.4*g*cos(b)
