@@ -66,9 +66,10 @@ EVENTS = {
     Ending.TOUCHING,
     Ending.UNDETERMINED,
     Ending.ILL_CONDITIONED,
+    Ending.TOO_LONG,
 }
-"""Those of systems with events and contacts, of sections, of members and of masses, which have tests of their
-own."""
+"""Those of systems with events and contacts, of sections, of members, of masses and of times that are too
+large, which have tests of their own."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}
 
 

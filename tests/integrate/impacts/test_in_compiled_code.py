@@ -78,7 +78,7 @@ def moved(system: str, method: str) -> Motion:
     return follow(system, 3.0 if "stopper" in system else 1.5, 40, method=method, tolerance=tolerance)
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
 @pytest.mark.parametrize("kind", ["ball", "shaken", "kicked", "pendulum", "row"])
 def test_both_give_the_same_bits(
