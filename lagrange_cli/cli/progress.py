@@ -30,7 +30,8 @@ STAGES = {
     "print": "writing the equations",
 }
 """The texts for stages that take long; the others show their progress themselves."""
-YEAR, MOST_YEARS = 365.25 * 86400, 1e300
+LONG = 730 * 86400.0
+"""Seconds from which on they are told in years."""
 SHORTEST_NAME = 10
 """Columns of a name that are shown rather than the longest text."""
 WIDTH = 80
@@ -154,8 +155,10 @@ def time_left(distance: float, rate: float) -> str:
 
 def duration(seconds: float) -> str:
     """``8 s``, ``2 min 5 s``, ``3 h 20 min``, ``12 d 3 h``, ``3e8 years``."""
-    if seconds >= 2 * YEAR:
-        return f"{decimal(min(seconds / YEAR, MOST_YEARS), 2)} years"
+    if seconds >= LONG:
+        from lagrange_cli.run.pace import in_years
+
+        return in_years(seconds)
     minutes, rest = divmod(round(seconds), 60)
     if minutes == 0:
         return f"{rest} s"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -12,6 +13,11 @@ PATIENCE = 5.0
 YEAR = 365.25 * 86400
 MOST = 1e300
 """The most years that are told."""
+
+
+def in_years(seconds: float) -> str:
+    """``3e8 years``."""
+    return f"{decimal(min(seconds / YEAR, MOST), 2)} years"
 
 
 class Pace:
@@ -43,9 +49,9 @@ class Pace:
             return
         self._judged = True
         share = abs(t - begin) / abs(self._stop - begin)
-        years = min(passed / YEAR / share, MOST) if share else MOST
-        if years >= 1.0:
+        needed = passed / share if share else math.inf
+        if needed >= YEAR:
             self._tell(
                 f"t = {decimal(t)} after {passed:.0f} s: at this pace, the run to t = {decimal(self._stop)} "
-                f"takes {decimal(years, 2)} years; end it earlier with --stop"
+                f"takes {in_years(needed)}; end it earlier with --stop"
             )
