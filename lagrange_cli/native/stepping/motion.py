@@ -20,6 +20,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
+from lagrange_cli.native.stepping.passing import passes
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.related import allow_rounding, write_floors
@@ -191,6 +192,7 @@ class Steps(ABC):
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
         made += [self.noise.function()] if self.noise else []
+        made += [passes(self)] if self.guards and self.guards.passing else []
         texts = (
             clear_function(),
             self.given.project,
