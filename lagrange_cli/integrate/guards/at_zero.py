@@ -51,8 +51,10 @@ class AtZero(Crossing):
         soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
         is of use beside forces that have no series there: these act as soon as they are felt. Those that
         a force may hold have been tried before."""
-        modes, rows, exact = self.modes.copy(), self._rows.guards, list[int]()
-        still = [j for j in guards if modes[j] and not rows[j].multiplier]
+        modes, exact = self.modes.copy(), list[int]()
+        still = [j for j in guards if modes[j] and not self._rows.guards[j].multiplier]
+        if not still:
+            return
         while still:
             self.modes[still] = 0.0  # a force from a depth that is rounding would seem to end the contact
             self._series()
