@@ -38,23 +38,36 @@ def events_of(
     """The model's events as ``Interface`` has them, and which arguments simple actions change.
 
     An action is simple if it can change the side of other events only, affects no mass, and does not violate
-    constraints. Where the motion may come to rest at an event, no action may set more than velocities.
+    constraints. Where the motion may come to rest at an event, no action may set more than velocities. Where
+    there are switches, whose sides it does not change either, it is that of such an event: friction may hold
+    arguments of others at 0.
     """
     rests = {one.event: one.auxiliary for one in smooth.rests}
-    few = not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
+    few = _apart(smooth) and parts == 1 and len(model.events) <= FEW_EVENTS
     few = few and not model.constraints
+    switched = union(one.argument for one in smooth.guards)
     masses, speeds = union(one.mass for one in model.particles), union(model.v)
     changed = _changed(model)
     found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
     for i, (event, bits) in enumerate(zip(model.events, changed)):
         simple = bool(event.changes) and few and not event.argument.symbols & bits
         simple = simple and not masses & bits and not (rests and bits & ~speeds)
+        simple = simple and (not smooth.guards or (i in rests and not switched & bits))
         acts = Role.CHANGE if simple else Role.ACTION
         role = acts if event.stops or event.changes else Role.RECORD
         found.append((event.direction, int(role), rests.get(i, -1)))
         if simple:
             affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
     return tuple(found), tuple(affected)
+
+
+def _apart(smooth: Guarded) -> bool:
+    """Whether each switch has a series on either side, and its argument depends on no other one."""
+    modes = union(one.mode for one in smooth.guards)
+    return not any(
+        one.cut or one.rooted or one.broken or one.vector or one.argument.symbols & modes
+        for one in smooth.guards
+    )
 
 
 def reached_by(events: Iterable[tuple[int, int, int]], degrees: int) -> tuple[tuple[int, int], ...]:

@@ -11,6 +11,8 @@ from functools import cached_property
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.records import dataclass
 
+SMALL = 2.0**-36
+"""An argument that is a larger part of what it may be computed from is not 0 up to rounding."""
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
 large as its negative mark, where it is known less well."""
@@ -169,6 +171,11 @@ class GuardRows:
     def events(self) -> int:
         """The number of guards that are for events."""
         return sum(one.role in EVENTS for one in self.guards)
+
+    @property
+    def switches(self) -> int:
+        """The number of those before them: of switches."""
+        return next((j for j, one in enumerate(self.guards) if one.role in EVENTS), self.count)
 
     @property
     def first_event(self) -> int:

@@ -323,7 +323,9 @@ class GuardSearch:
             held = f.load(state, f.select(rests.equals(NOTHING), j, rests) + rows.mode(layout))
             rest = f.load_integer("@guard_roles", j).equals(Role.REST)
             undecided = undecided & held.equals(0.0) & ~rest
-        with f.when(undecided):
+        if rows.switches:
+            undecided = undecided & ~(j < rows.switches)
+        with f.when(undecided), self._if_nothing_holds(f):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             fresh = f.load(state, mark) > 0.0
             known, _ = f.parts((Real, Real), "known", row, Real(f, "%h"))
@@ -331,6 +333,18 @@ class GuardSearch:
             f.store(side, state, mode)
             with f.when(f.load(row, self.lengths.term).equals(0.0)):
                 f.store(self._mark(f), state, mark)
+
+    @contextmanager
+    def _if_nothing_holds(self, f: Function) -> Iterator[None]:
+        """What is done if no switch holds the motion: where one does, events may have no side."""
+        held, modes = f.variable(f.never(1)), self.rows.mode(self.layout)
+        if not self.rows.switches:
+            yield
+            return
+        with f.loop(0, self.rows.switches, tested=False) as k:
+            held.set(held.get() | f.load("%state", k + modes).equals(0.0))
+        with f.when(~held.get()):
+            yield
 
     def _mark(self, f: Function) -> Real:
         """The mark of an argument that is 0 now."""

@@ -22,7 +22,7 @@ from lagrange_cli.native.stepping.actions import NOTE
 from lagrange_cli.native.stepping.at_once import UNCLEAR
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, JUMP, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
-from lagrange_cli.native.stepping.passing import may_pass, passing_tables
+from lagrange_cli.native.stepping.passing import NEVER, kind_of, passing_tables
 from lagrange_cli.native.stepping.steps import copy_function
 from lagrange_cli.native.stepping.stopping import first_straight, stopping_tables
 from lagrange_cli.records import dataclass
@@ -187,8 +187,10 @@ class GuardCode(GuardSearch):
 
     @property
     def passing(self) -> bool:
-        """Whether compiled code finds out that the motion passes where it might be held."""
-        return any(map(may_pass, self.rows.guards))
+        """Whether compiled code finds out that the motion passes where it might be held. (Lists of guards
+        would be lost with the series.)"""
+        listed = self.near is not None and self.near.listed
+        return not listed and any(kind_of(one) != NEVER for one in self.rows.guards)
 
     @property
     def holding(self) -> bool:

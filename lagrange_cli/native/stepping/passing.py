@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.guards import EVENTS, GuardRow, GuardRows, Role
+from lagrange_cli.native.guards import GuardRow, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
@@ -22,17 +22,21 @@ CLEAR = 2.0**-40
 """A rate that is more than this part of all accelerations is no rounding error."""
 EXCEEDS = 1.0 + 2.0**-30
 """A multiplier beyond this is more than the force that jumps can be."""
+NEVER, TRIED, PLACED = range(3)
+"""Compiled code does not look at a guard; it finds out what would hold the motion; or need not, as the argument
+is a place."""
 
 
-def may_pass(guard: GuardRow) -> bool:
-    """Whether compiled code looks at a guard that may hold the motion. Others hold it whenever their argument,
-    a velocity, is 0, or along a vector."""
-    return guard.role is Role.HOLD and not guard.limited and not guard.pivots
+def kind_of(guard: GuardRow) -> int:
+    """Which of these it is. Friction along vectors, or on members alone, holds the motion whenever it can."""
+    if guard.role is not Role.HOLD or guard.pivots or guard.explicit:
+        return NEVER
+    return PLACED if guard.placed else TRIED
 
 
 def passing_tables(rows: GuardRows) -> list[str]:
-    """Which guards these are."""
-    return [table("may_pass", [int(may_pass(one)) for one in rows.guards])]
+    """The kinds of all guards."""
+    return [table("passing", [kind_of(one) for one in rows.guards])]
 
 
 def passes(steps: Steps) -> Function:
@@ -42,9 +46,9 @@ def passes(steps: Steps) -> Function:
     guards, lengths, j, state = steps.guards, steps.lengths, Integer(f, "%j"), f.pointer("%state")
     assert guards
     rows, layout = guards.rows, guards.layout
-    place = j + rows.mode(layout)
+    place, kind = j + rows.mode(layout), f.load_integer("@passing", j)
     before = f.load(state, place)
-    with f.when(f.load_integer("@may_pass", j).equals(0) | before.equals(0.0) | _others(f, steps, j)):
+    with f.when(kind.equals(NEVER) | before.equals(0.0) | _others(f, steps, j)):
         f.give(f.never(1))
 
     def coefficient(row: Integer, m: int) -> Real:
@@ -60,17 +64,20 @@ def passes(steps: Steps) -> Function:
             total.set(total.get() + f.magnitude(coefficient(i, 1)))
         return coefficient(f.load_integer("@guard_rows", j), 2), total.get() * CLEAR
 
-    rate, least = tried(f.constant(0.0))
-    force, most = coefficient(f.load_integer("@guard_multipliers", j), 1), f.constant(1.0)
-    if any(one.limit for one in rows.guards):
-        limit = f.load_integer("@guard_limits", j)
-        some = ~limit.equals(0)
-        above, below = (coefficient(f.select(some, limit + k, f.count(layout.degrees)), 1) for k in range(2))
-        force = f.select(some, above - below, force)
-        most = f.select(some, f.magnitude(above + below), most)
-    free = (f.magnitude(rate) > least) | (f.magnitude(force) > most * EXCEEDS)
+    free = f.variable(kind.equals(PLACED))
+    with f.when(~free.get()):
+        rate, least = tried(f.constant(0.0))
+        force, most = coefficient(f.load_integer("@guard_multipliers", j), 1), f.constant(1.0)
+        if any(one.limit for one in rows.guards):
+            limit = f.load_integer("@guard_limits", j)
+            with_limit = ~limit.equals(0)
+            first = f.select(with_limit, limit, f.count(layout.degrees))
+            above, below = coefficient(first, 1), coefficient(first + 1, 1)
+            force = f.select(with_limit, above - below, force)
+            most = f.select(with_limit, f.magnitude(above + below), most)
+        free.set((f.magnitude(rate) > least) | (f.magnitude(force) > most * EXCEEDS))
     beyond, least = tried(-before)
-    with f.when(free & (-(before * beyond) > least)):
+    with f.when(free.get() & (-(before * beyond) > least)):
         f.give(~f.never(1))
     f.store(before, state, place)
     guards.prepare(f, state)
@@ -85,10 +92,9 @@ def _others(f: Function, steps: Steps, j: Integer) -> Bit:
     assert guards
     rows, layout = guards.rows, guards.layout
     found = f.variable(f.load(state, layout.at(Clock.PASSES)) >= rows.changes)
-    switches = next((k for k, one in enumerate(rows.guards) if one.role in EVENTS), rows.count)
-    with f.loop(0, switches, tested=False) as k:
+    with f.loop(0, rows.switches, tested=False) as k:
         fresh = f.load(state, k + rows.fresh(layout)) > 0.0
         found.set(found.get() | (fresh & ~k.equals(j)))
-    with f.loop(switches, switches + rows.events) as k:
+    with f.loop(rows.switches, rows.switches + rows.events) as k:
         found.set(found.get() | f.load(state, k + rows.mode(layout)).equals(0.0))
     return found.get()
