@@ -104,6 +104,8 @@ class GuardRow:
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 
+    event: int = -1
+    """Of resting contact, the guard of its event."""
     pivots: tuple[int, ...] = ()
     """Of the length of a vector, a coordinate for each of its parts, whose velocity it is but for others: the
     rows of parts are ``beside``, and as many multipliers follow one another."""
@@ -181,6 +183,13 @@ class GuardRows:
     def first_event(self) -> int:
         """The guard of the first event."""
         return next(j for j, one in enumerate(self.guards) if one.role in EVENTS)
+
+    @property
+    def standing(self) -> list[int]:
+        """The guards of events whose arguments may be 0 for as long as a switch holds the motion: that of
+        resting contact is 0 whatever switches do."""
+        contacts = {one.event for one in self.guards}
+        return [j for j, one in enumerate(self.guards) if one.role in EVENTS and j not in contacts]
 
     @cached_property
     def side_by_side(self) -> int:

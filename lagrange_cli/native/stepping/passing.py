@@ -35,8 +35,9 @@ def kind_of(guard: GuardRow) -> int:
 
 
 def passing_tables(rows: GuardRows) -> list[str]:
-    """The kinds of all guards."""
-    return [table("passing", [kind_of(one) for one in rows.guards])]
+    """The kinds of all guards, and the events that may have no side."""
+    kinds = table("passing", [kind_of(one) for one in rows.guards])
+    return [kinds, table("standing", rows.standing)] if rows.standing else [kinds]
 
 
 def passes(steps: Steps) -> Function:
@@ -95,6 +96,8 @@ def _others(f: Function, steps: Steps, j: Integer) -> Bit:
     with f.loop(0, rows.switches, tested=False) as k:
         fresh = f.load(state, k + rows.fresh(layout)) > 0.0
         found.set(found.get() | (fresh & ~k.equals(j)))
-    with f.loop(rows.switches, rows.switches + rows.events) as k:
-        found.set(found.get() | f.load(state, k + rows.mode(layout)).equals(0.0))
+    if rows.standing:
+        with f.loop(0, len(rows.standing), tested=False) as n:
+            side = f.load(state, f.load_integer("@standing", n) + rows.mode(layout))
+            found.set(found.get() | side.equals(0.0))
     return found.get()
