@@ -211,7 +211,7 @@ MUTATIONS = {
     ),
     "the force that would hold a motion": Mutation(
         "native/stepping/passing.py", "(f.magnitude(force) > most * EXCEEDS)", "(f.magnitude(force) > most * 0.0)",
-        ("tests/integrate/guards/test_passing.py", "tests/motions/test_turning_under_friction.py"),
+        ("tests/integrate/guards/test_passing.py",),
     ),
     "sides of switches after an action": Mutation(
         "native/events.py", "(i in rests and not switched & bits)", "i in rests",

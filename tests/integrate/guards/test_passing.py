@@ -116,6 +116,22 @@ def test_the_same_in_double_double(
     assert_same(fast, slow)
 
 
+def test_friction_that_is_as_large_as_the_force_but_for_its_last_digit_stops_the_motion(
+    settled: list[int],
+) -> None:
+    """What is left of their difference accelerates it from then on."""
+    text = """
+    parameters: {F: 0.1 + 0.2, f: 0.3}
+    coordinates: {x: {initial: 0, velocity: -1}}
+    masses: {p: 1}
+    positions: {p: [x]}
+    generalized_forces: {x: F - f*sign(x_dot)}
+    """
+    motion = follow(text, 100.0)
+    assert len(settled) == 2  # it is held, and let go
+    assert motion["v/x"][-1] == pytest.approx((100 - 1 / 0.6) * (0.1 + 0.2 - 0.3), rel=1e-9)
+
+
 def test_friction_that_never_holds_is_followed_by_compiled_code_alone(settled: list[int]) -> None:
     """A driven block on a rough floor, x'' = 2 cos t - f sign(x'): its velocity changes its sign with the
     force, so that it passes; and where f is larger than 2 it stays, as Python says."""
