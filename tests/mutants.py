@@ -210,7 +210,8 @@ MUTATIONS = {
         ("tests/integrate/impacts/test_in_compiled_code.py",),
     ),
     "the force that would hold a motion": Mutation(
-        "native/stepping/passing.py", "(f.magnitude(force) > most * EXCEEDS)", "(f.magnitude(force) > most * 0.0)",
+        "native/stepping/passing.py", "(f.magnitude(force) > most * EXCEEDS)",
+        "(f.magnitude(force) > most * 0.0)",
         ("tests/integrate/guards/test_passing.py",),
     ),
     "sides of switches after an action": Mutation(

@@ -37,7 +37,7 @@ class Workspace:
         self.memory[self.layout.time] = start
         self.samples = samples.reshape(rows, columns)
         self._spare: Array | None = None
-        self._accelerated = Accelerated(self.layout, self.constants, self.memory, self.work)
+        self.accelerated = Accelerated(self.layout, self.constants, self.memory, self.work)
         self.resume: Callable[[], None] = lambda: None
         """Called when ``memory`` has become that of another time: constants may depend on modes in it."""
 
@@ -64,7 +64,8 @@ class Workspace:
 
     def rates(self) -> Array:
         """The rates of velocities and integrals at the state reached."""
-        return self._accelerated.rates(self.machine)[0].copy()
+        rates, _ = self.accelerated.rates(self.machine)
+        return np.array(rates)
 
     def advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
         """Step until ``stop``, or until ``count`` of the ``wanted`` samples from the one numbered ``done``
@@ -139,8 +140,8 @@ class Workspace:
 
 
 class Accelerated:
-    """The rates of velocities and integrals at the state in the ``memory``, and the ``series`` in ``work``, of
-    arrays whose addresses are asked for once."""
+    """The rates of velocities and integrals at the state in the ``memory``. Their series is left in ``work``.
+    (Addresses of arrays are asked for once.)"""
 
     def __init__(self, layout: StateLayout, constants: Array, memory: Array, work: Array) -> None:
         self._memory, self._work, self._time = memory, work, layout.time
@@ -153,11 +154,6 @@ class Accelerated:
         self._work[:] = 0.0  # what is not finite would spread
         regular = machine.accelerate(self._first, float(self._memory[self._time]), *self._others)
         return self._rates, bool(regular)
-
-
-def accelerated(machine: Machine, constants: Array, memory: Array, work: Array) -> tuple[Array, bool]:
-    """The same of arrays that are looked at once."""
-    return Accelerated(machine.program.inner, constants, memory, work).rates(machine)
 
 
 def padded(wanted: Array) -> Array:

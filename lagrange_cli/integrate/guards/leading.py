@@ -28,8 +28,8 @@ class Leading(AtZero):
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
-        listed = self._rows.guards[: self.count]
-        self._forces = np.array([one.limit or one.multiplier for one in listed], np.intp) - self._layout.v.start
+        listed, first = self._rows.guards[: self.count], self._layout.v.start
+        self._forces = np.array([one.limit or one.multiplier for one in listed], np.intp) - first
         """The rows of multipliers, or of limits, which follow one another."""
         self._limited = np.array([bool(one.limit) for one in listed], np.bool_)
         self._explicit = np.array([one.explicit for one in listed], np.bool_)

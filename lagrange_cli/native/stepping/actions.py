@@ -11,7 +11,18 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import accumulate
 
-from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, SMALL, UNSEEN, GuardRows, Role
+from lagrange_cli.native.guards import (
+    AFTER,
+    DONE,
+    LEFT,
+    NOTES,
+    RECORDED,
+    SAMPLE,
+    SMALL,
+    UNSEEN,
+    GuardRows,
+    Role,
+)
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real

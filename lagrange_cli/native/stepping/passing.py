@@ -23,8 +23,8 @@ CLEAR = 2.0**-40
 EXCEEDS = 1.0 + 2.0**-30
 """A multiplier beyond this is more than the force that jumps can be."""
 NEVER, TRIED, PLACED = range(3)
-"""Compiled code does not look at a guard; it finds out what would hold the motion; or need not, as the argument
-is a place."""
+"""Compiled code does not look at a guard; it finds out what would hold the motion; or need not, as the
+argument is a place."""
 
 
 def kind_of(guard: GuardRow) -> int:

@@ -103,9 +103,7 @@ def test_both_give_the_same_bits(
 
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("kind", [*FORCES])
-def test_the_same_in_double_double(
-    kind: str, settled: list[int], request: pytest.FixtureRequest
-) -> None:
+def test_the_same_in_double_double(kind: str, settled: list[int], request: pytest.FixtureRequest) -> None:
     text = drawn(kind, random.Random(request.config.option.seed))
 
     def way() -> Motion:
