@@ -70,11 +70,12 @@ class Leading(AtZero):
         """The guards to whose sides the motion does not lead, nor along u = 0."""
         found = list[int]()
         for some in few_or_all(guards):
-            rows = [self._rows.first + j for j in some]
             self.modes[some] = -self.modes[some]
-            others = self.coefficients_of(*rows)
+            self._series()
+            others = self._coefficients_of_arguments()[some]
             self.modes[some] = -self.modes[some]
-            arguments, usual = self.coefficients_of(*rows), self.scale()
+            self._series()
+            arguments, usual = self._coefficients_of_arguments()[some], self.scale()
             for j, u, other in zip(some, arguments, others):
                 change = np.abs(u - other)
                 scale = ROUNDING * np.fmax(usual[: len(u)], change)

@@ -24,7 +24,6 @@ from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import side_by_side
-from lagrange_cli.native.stepping.passing import passes
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.records import dataclass, replace
 
@@ -91,7 +90,7 @@ class RateSteps(RatesAtNodes):
             texts += self.guards.functions()
             texts += self.watching.tables()
             made += self.watching.functions()
-            made += [passes(self)] if self.guards.passing else []
+            made += self.passing()
         return [*texts, *(f.text() for f in made)]
 
     @classmethod

@@ -20,7 +20,8 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import NOTE
 from lagrange_cli.native.stepping.at_once import UNCLEAR
-from lagrange_cli.native.stepping.guard_search import FROM_BOTH, JUMP, GuardSearch
+from lagrange_cli.native.stepping.event_sides import JUMP
+from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.passing import NEVER, kind_of, passing_tables
 from lagrange_cli.native.stepping.steps import copy_function
@@ -99,7 +100,7 @@ class GuardCode(GuardSearch):
                 places = f.pointer("%constants"), state, f.pointer("%work"), j
                 with f.when(~f.call(Bit, "passes", *places)):
                     f.give(f.count(AWAY))
-                f.store(self._mark(f), state, fresh)
+                f.store(self.sides.mark(f), state, fresh)
                 f.give(f.count(CHANGED))
         result = f.variable(f.count(NOTED))
         if self.rows.events:
@@ -109,7 +110,7 @@ class GuardCode(GuardSearch):
             with f.when(~(role.equals(Role.SWITCH) | role.equals(Role.CUT))):
                 f.give(f.count(AWAY))
         f.store(-before, state, mode)
-        f.store(self._mark(f), state, fresh)
+        f.store(self.sides.mark(f), state, fresh)
         with f.when(result.get().equals(CHANGED)):
             self.prepare(f, state)
         f.give(result.get())
@@ -174,7 +175,7 @@ class GuardCode(GuardSearch):
                     done = f.call(Integer, "change", *given, *more)
                     with f.when(done.equals(LEFT)):
                         f.give(f.count(AWAY))
-                    f.store(self._mark(f), state, j + self.rows.fresh(layout))
+                    f.store(self.sides.mark(f), state, j + self.rows.fresh(layout))
                     f.give(f.count(CHANGED))
             f.store(count + 1, info, RECORDED)
 
