@@ -60,8 +60,9 @@ class EventSides:
         with f.when(undecided), self._if_nothing_holds(f):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             fresh = f.load(state, mark) > 0.0
-            known, _ = f.parts((Real, Real), "known", row, Real(f, "%h"))
-            side = f.call(Real, "side_of", row, known, fresh, f.pointer("%scratch"))
+            scratch = f.pointer("%scratch")
+            _, size = f.parts((Real, Real), "known", row, Real(f, "%h"), scratch)
+            side = f.call(Real, "side_of", scratch, size, fresh)
             f.store(side, state, mode)
             with f.when(f.load(row, self.lengths.term).equals(0.0)):
                 f.store(self.mark(f), state, mark)

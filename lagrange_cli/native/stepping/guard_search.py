@@ -162,13 +162,13 @@ class GuardSearch:
         reach = f.variable(Real(f, "%h"))
 
         def look(row: Pointer, start: Real, side: Real, fresh: Bit, j: Integer) -> None:
-            length, size = f.parts((Real, Real), "known", row, reach.get())
+            scratch = f.pointer("%scratch")
+            length, size = f.parts((Real, Real), "known", row, reach.get(), scratch)
             reach.set(length)
             u = f.load(row, self.lengths.term)
             clear = start + u * side + f.magnitude(u) > size * CLEARLY
             with f.when(fresh | ~clear):
-                given = row, reach.get(), start, side, fresh, f.pointer("%scratch")
-                found = f.call(Real, "first_root", *given)
+                found = f.call(Real, "first_root", scratch, reach.get(), start, side, fresh)
                 with f.when(found < earliest.get()):
                     earliest.set(found)
                     which.set(j)
