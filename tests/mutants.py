@@ -222,6 +222,14 @@ MUTATIONS = {
         "native/stepping/roots.py", "f.load(p)) > rest", "f.load(p)) > rest * -1e9",
         ("tests/motions/test_events.py",),
     ),
+    "a power in the derivative of a polynomial": Mutation(
+        "native/stepping/roots.py", "f.lane(powers, LANES - 1)", "f.lane(powers, LANES - 2)",
+        ("tests/native/stepping/test_roots.py::test_no_root_is_missed[3]",),
+    ),
+    "which roots bound a cautious step": Mutation(
+        "native/stepping/step_size.py", "CLEARLY, DENORMAL = 0.06,", "CLEARLY, DENORMAL = -0.06,",
+        ("tests/native/stepping/test_step_size.py",),
+    ),
     "a limit without effect": Mutation(
         "limits.py", "if self.spent > self.most:", "if False:",
         ("tests/test_limits.py", "tests/cli/test_limits.py::test_the_work_of_deriving_is_bounded"),
