@@ -426,3 +426,15 @@ def test_balls_at_rest_that_touch_pass_an_impact_on():
     motion = follow(text, 3.0, 7)
     assert motion.outcome.ending is Ending.COMPLETE
     assert [motion[f"q/{name}"][-1] for name in "xyz"] == pytest.approx([0, 0, 2], abs=1e-15)
+
+
+def test_events_at_given_times_happen_then_to_the_last_bit():
+    """The roots of linear functions are exact."""
+    source = random.Random()
+    times = [0.5, 0.1, *(round(source.uniform(0.1, 4.0), 3) for _ in range(10))]
+    print("times:", times)
+    text = OSCILLATOR.format(x=1, v=0.3, when="x", direction="any", action="record")
+    text += "".join(f"  e{k}: {{when: t - {one}}}\n" for k, one in enumerate(times))
+    motion = follow(text, 4.5, 2)
+    for k, one in enumerate(times):
+        assert motion[f"events/e{k}/t"].tolist() == [one]

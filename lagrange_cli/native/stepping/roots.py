@@ -273,7 +273,7 @@ class Roots:
                 along = begins / (begins - there)
                 guess = a.get() + w.get() * f.select((along > 0.0) & (along < 1.0), along, f.constant(0.5))
                 root = self._refined(f, p, (a.get(), guess, end))
-                value, slope = self._both(f, whole, root)
+                value, (_, slope) = self._by_horner(f, whole, root), self._both(f, whole, root)
                 near = f.magnitude(value) <= f.magnitude(slope) * root * NEARLY
                 f.give(f.larger(f.select(near, root - value / slope, root), f.constant(0.0)) * h)
             with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
@@ -298,6 +298,13 @@ class Roots:
             with f.when(~(f.magnitude(following - at) > following * CLOSE)):
                 found.leave()
         return f.larger(x.get(), f.constant(0.0))
+
+    def _by_horner(self, f: Function, p: Pointer, s: Real) -> Real:
+        """``p`` at ``s``, the last sum with one rounding: roots of linear functions are exact."""
+        total = f.variable(f.load(p, self.degree))
+        with f.loop(1, self.degree + 1, tested=False) as m:
+            total.set(f.fused(total.get(), s, f.load(p, f.count(self.degree) - m)))
+        return total.get()
 
     def _both(self, f: Function, p: Pointer, s: Real) -> tuple[Real, Real]:
         """``p`` and its derivative at ``s``: sum_j s^j q_j(s^8), where q_j has every eighth coefficient."""
