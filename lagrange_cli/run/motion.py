@@ -76,15 +76,15 @@ class Motion:
             found = singular_constraints(self.spec, self.values.parameters, self.settings.start, end)
             if found is not None:
                 return found
-        if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.CRAWLING, Ending.STUCK):
+        from lagrange_cli.run.singular import STUCK, singular_masses
+
+        if end.ending in (*STUCK, Ending.CRAWLING):
             from lagrange_cli.run.causes import explained, too_long
 
             found = explained(self.spec, self.values.parameters, self.settings.start, end)
             found = found or too_long(self.settings.start, self.settings.stop, end)
             if found is not None:  # L may have no value there, and no masses
                 return found
-        from lagrange_cli.run.singular import singular_masses
-
         long = self.settings.precision != DOUBLE
         return singular_masses(self.spec, self.values.parameters, self.settings.start, end, long=long)
 
