@@ -225,11 +225,11 @@ def follow(
     from lagrange_cli.integrate.run import integrate
 
     progress, name = monitor.progress(), ready.motion.spec.name
-    pace = Pace(ready.times.stop, progress.show, lambda text: monitor.tell(f"{name}: {text}"))
+    pace = Pace(ready.times.stop, progress, lambda text: monitor.warn(f"{name}: {text}"))
     with monitor.stage("integrate"), certificate_of(ready, demand) as certificate:
         outcome = integrate(
             ready.prepared, ready.motion.values, ready.times, emit, interrupted,
-            progress=pace, checkpointing=checkpointing, certificate=certificate,
+            progress=pace.show, checkpointing=checkpointing, certificate=certificate,
             explain=ready.motion.cause, emit_events=emit_events, threads=ready.threads,
         )  # fmt: skip
     progress.clear()
