@@ -51,7 +51,7 @@ class LanesMethod:
         if checkpointing is not None and checkpointing.begin is not None:
             members.restore(checkpointing.begin)
         workers = started(members, min(threads, -(-len(starts) // LANES)))
-        stopped = False
+        stopped, reached = False, 0.0
         try:
             while not stopped and members.done + len(members.left) < len(starts):
                 next((w for w in workers if w.is_alive()), workers[0]).join(
@@ -59,7 +59,8 @@ class LanesMethod:
                 )
                 for batch in members.ended():
                     accept(self._seen(batch))
-                stopped = interrupt(members.done + members.parts()) and members.done < len(starts)
+                reached = max(reached, members.done + members.parts())  # some end in the meantime
+                stopped = interrupt(reached) and members.done < len(starts)
                 if checkpointing is not None and not stopped and checkpointing.due(members.steps):
                     end(members, workers)
                     if members.on_the_way:

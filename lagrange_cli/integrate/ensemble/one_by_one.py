@@ -54,7 +54,7 @@ class OneByOne:
 
         from lagrange_cli.integrate.hearing import heard
 
-        halted, done, stopped = Event(), 0, False
+        halted, done, stopped, reached = Event(), 0, False, 0.0
         parts = dict[int, float]()
 
         def one(member: int) -> EndedMembers:
@@ -75,7 +75,8 @@ class OneByOne:
                     for future in ended:
                         accept(future.result())
                     done += len(ended)
-                    if interrupt(done + sum([*parts.values()])) and done < len(starts):
+                    reached = max(reached, done + sum([*parts.values()]))
+                    if interrupt(reached) and done < len(starts):
                         stopped = True
                         halted.set()
                     if not stopped:
