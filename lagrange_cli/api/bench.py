@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.api.given import Value, Values, check_lengths, count_of, number_of, text_of, texts_of
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.warned import warn
 from lagrange_cli.api.words import in_python
 from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import UsageError
@@ -141,7 +142,15 @@ def bench(
     until = None if stop is None else text_of("stop", stop)
     with Interrupts(alone=True) as interrupted:
         ranking = rank_methods(
-            spec, values, until, error, entries, Rules(runs, budget), interrupted=interrupted, given=overrides
+            spec,
+            values,
+            until,
+            error,
+            entries,
+            Rules(runs, budget),
+            interrupted=interrupted,
+            given=overrides,
+            note=warn,
         )
         if interrupted():
             raise KeyboardInterrupt

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
@@ -10,8 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.stored import Stored
+from lagrange_cli.api.warned import warn
 from lagrange_cli.api.words import python_words
-from lagrange_cli.errors import Interrupted, LagrangeWarning
+from lagrange_cli.errors import Interrupted
 from lagrange_cli.run.attributes import doubt_of_all
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor
@@ -33,7 +33,7 @@ def stage(name: str) -> AbstractContextManager[Any]:
 
 def watching(told: list[str]) -> Monitor:
     """What notes messages, and is interrupted by Ctrl-C."""
-    return Monitor(stage, tell=told.append, interrupts=partial(Interrupts, alone=True))
+    return Monitor(stage, tell=told.append, interrupts=partial(Interrupts, alone=True), warn=warn)
 
 
 def noted(told: Sequence[str], ensemble: Ensemble, outcome: EnsembleOutcome) -> tuple[str, ...]:
@@ -51,7 +51,7 @@ def ended(found: S, outcome: EnsembleOutcome, message: str) -> S:
     message = python_words(message)
     failing = [f"{found.name}: {message}"] if outcome.status == "failed" else []
     for note in [*failing, *(one for one in found.notes if WARNING in one)]:
-        warnings.warn(note, LagrangeWarning, stacklevel=3)
+        warn(note)
     if outcome.status == "interrupted":
         interrupted = Interrupted(f"{found.name}: {message}")
         interrupted.result = found

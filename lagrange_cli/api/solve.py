@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
@@ -11,8 +10,9 @@ from lagrange_cli.api.given import Value, Values, check_lengths, count_of, deman
 from lagrange_cli.api.kept import keep
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.warned import warn
 from lagrange_cli.api.words import in_python, python_words
-from lagrange_cli.errors import Interrupted, LagrangeWarning, MotionError, UsageError
+from lagrange_cli.errors import Interrupted, MotionError, UsageError
 from lagrange_cli.integrate.precision import DOUBLE, PRECISIONS
 from lagrange_cli.run.attributes import WARNING, notes
 from lagrange_cli.run.interrupts import Interrupts
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.request import Request
 
-MONITOR = Monitor(interrupts=partial(Interrupts, alone=True))
-"""Ctrl-C ends a run between two steps; nothing else is shown or heeded."""
+MONITOR = Monitor(interrupts=partial(Interrupts, alone=True), warn=warn)
+"""Ctrl-C ends a run between two steps; nothing else is heeded."""
 
 
 @in_python
@@ -146,7 +146,7 @@ def solve(
     motion = Motion(followed, units, tuple(map(python_words, (*told, *notes(found, followed.outcome)))))
     for note in motion.notes:
         if WARNING in note:
-            warnings.warn(note, LagrangeWarning, stacklevel=2)
+            warn(note)
     return ended_well(motion)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.errors import FileError, SpecError, UsageError
+from lagrange_cli.errors import FileError, MotionError, SpecError, UsageError
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def in_python(function: Callable[P, R]) -> Callable[P, R]:
     def spoken(*args: P.args, **kwargs: P.kwargs) -> R:
         try:
             return function(*args, **kwargs)
-        except (UsageError, FileError) as error:
+        except (UsageError, FileError, MotionError) as error:
             error.args = (python_words(str(error)), *error.args[1:])
             raise
         except SpecError as error:

@@ -207,12 +207,12 @@ class Counter(Line):
         self._count, self._noun, self._rate = count, noun, Rate()
 
     def show(self, done: float) -> None:
-        """So many are done, those of an earlier run among them."""
+        """So many are done, those of an earlier run among them, and parts of others."""
         rate = self._rate(done)
         if self.due():
             left = time_left(self._count - done, rate)
             speed = f", {decimal(rate, 3)} per second" if rate else ""
-            part, counted = f"{done / self._count:4.0%}", f"  {done} of {self._count} {self._noun}"
+            part, counted = f"{done / self._count:4.0%}", f"  {int(done)} of {self._count} {self._noun}"
             self.say(f"{part}{counted}{speed}{left}", f"{part}{counted}{left}", f"{part}{left}")
 
 

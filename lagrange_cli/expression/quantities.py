@@ -67,12 +67,20 @@ def is_unit(text: str) -> bool:
 
 
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
+_COMMA_INSIDE = re.compile(r"(?<![\w.,])[0-9]+,[0-9]+(?![\w.,])")
 _THOUSANDS = re.compile(r"\s*[-+]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?P<decimals>\.[0-9]*)?\s*")
 
 
 def decimal_comma(text: str) -> str:
     """``1.5`` for ``1,5``, or nothing for other texts."""
     return text.strip().replace(",", ".") if _DECIMAL_COMMA.fullmatch(text) else ""
+
+
+def comma_inside(text: str) -> str:
+    """The way out where a number within a text is written with a decimal comma, as ``0,5*x``; nothing for
+    other texts, such as vectors in parentheses."""
+    found = None if text.lstrip().startswith("(") else _COMMA_INSIDE.search(text)
+    return f"write {found[0].replace(',', '.')} for {found[0]}, with a decimal point" if found else ""
 
 
 def with_comma(text: str) -> tuple[str, str] | None:

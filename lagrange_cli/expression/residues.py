@@ -29,6 +29,12 @@ MOST_PARTS = 60
 ADDED = (1, 2, PARTS, 2 * PARTS)
 """Multiples of two arguments whose sums are recognized."""
 
+BITS, BITS_OF_INVERSES, INVERSES = 100, 20, 3
+"""A value takes one step of work for each so many bits of the prime, and an inverse for each so many; sines
+and the like take so many inverses."""
+ROOTS = 50
+"""Roots take the power 3/2 of the number of bits, divided by this."""
+
 NOTHING: Mapping[Node, int] = {}
 
 Element = tuple[int, ...]
@@ -233,6 +239,21 @@ class Residues:
     def _turned(self, one: Element, other: Element) -> Element:
         (c, s), (a, b) = one, other
         return (c * a - s * b) % self.prime, (s * a + c * b) % self.prime
+
+
+def effort(nodes: Iterable[Node], prime: int) -> int:
+    """The steps of work that the values of nodes take (see ``limits.Work``)."""
+    bits, total = prime.bit_length(), 0
+    inverse, root = bits // BITS_OF_INVERSES, int(bits**1.5) // ROOTS
+    for node in nodes:
+        kind = node.kind
+        total += 2 + bits // BITS
+        if kind is Kind.FUNCTION or kind is Kind.POWER:
+            total += INVERSES * inverse
+        elif kind is Kind.PRODUCT:
+            broken = sum(exponent != int(exponent) for exponent in node.data)
+            total += broken * root + sum(exponent < 0 for exponent in node.data) * inverse
+    return total
 
 
 @lru_cache(maxsize=4096)

@@ -127,6 +127,10 @@ def _other(character: str, start: int) -> Iterator[Token]:
         digit = SUBSCRIPTS.index(character)
         complaint = f"the character {character!r} is not allowed", f"write {digit}, or _{digit}"
         yield Token("stranger", character, span, complaint)
+    elif character == "#":
+        yield Token(
+            "stranger", character, span, ("misplaced '#'", "a comment begins with a space before the #")
+        )
     elif category(character) == "Cf":  # which shows nothing
         yield Token("stranger", character, span, (f"invisible character U+{ord(character):04X}", "delete it"))
     else:

@@ -29,6 +29,10 @@ class Times:
         """Whether the motion is integrated backward in time."""
         return self.stop < self.start
 
+    def part(self, t: float) -> float:
+        """The part of the motion before ``t``."""
+        return (t - self.start) / (self.stop - self.start)
+
     def chunk(self, first: int, size: int) -> NDArray[np.float64]:
         """Sample times ``first`` .. ``first + size - 1``, fewer at the end."""
         times = np.arange(first, min(first + size, self.count), dtype=np.float64)

@@ -12,7 +12,9 @@ from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.domains import check_domain
-from lagrange_cli.run.monitor import Interrupted, Stage, untimed
+from lagrange_cli.run.monitor import Interrupted, Silence, Stage, untimed
+from lagrange_cli.run.monitor import ignore as unseen
+from lagrange_cli.run.pace import Pace
 from lagrange_cli.run.settings.methods import resolve_tolerance
 from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.run.start import consistent_values
@@ -103,6 +105,7 @@ def rank_methods(
     tell: Tell = ignore,
     interrupted: Interrupted = never,
     given: Collection[str] = (),
+    note: Callable[[str], None] = unseen,
 ) -> Ranking:
     """Measure the time and the error of the methods ``entries`` at their tolerances.
 
@@ -110,7 +113,7 @@ def rank_methods(
 
     Errors are relative to the size of q, and to a reference whose own error is far below the one that is
     ``wanted``. It is followed to the file's stop time, or ``stop``, an expression in parameters. If it is
-    ``interrupted``, the results so far are returned.
+    ``interrupted``, the results so far are returned. ``note`` gets what the user should know at once.
 
     Raises:
         SpecError: no equations of motion can be derived.
@@ -133,11 +136,13 @@ def rank_methods(
         prepare = preparing(spec, settings.backward)
 
     def reference_run(prepared: Prepared, times: Times) -> Trajectory:
-        followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)
+        budget = PATIENCE * rules.budget
+        followed = follow(prepared, values, times, budget, interrupted, pace.show)
         if interrupted():
             raise KeyboardInterrupt
         return followed
 
+    pace = Pace(settings.stop, Silence(), lambda text: note(f"{spec.name}: {text}"))
     tell(0, count(entries), "reference")
     reference = find_reference(
         [partial(reference_run, prepare(TAYLOR, tolerance)) for tolerance in OF_REFERENCE],

@@ -8,7 +8,7 @@ If an argument follows c (T - t)^alpha, then alpha = 1/(1 - u u''/u'^2) and T = 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.decimals import decimal
@@ -40,8 +40,9 @@ SOON = 2.0**-28
 """An argument that reaches its end within this part of the time is why the motion ended."""
 NEARING = 2.0**-12
 """The same where steps become shorter without end, of which there are too many farther away."""
-ROUNDED = 2.0**-48
-"""Arguments so near 1 or a pole are there, up to rounding."""
+ROUNDED, HALF = 2.0**-48, 2.0**-26
+"""Arguments are at their ends, up to rounding, if no more is left of what they are the difference of; and if
+so much is left, half of their digits are lost."""
 ALIKE = 4.0
 """Among arguments that reach their ends almost at the same time, the first one counts."""
 MOST = 10_000
@@ -50,6 +51,8 @@ ALPHA = 0.125, 8.0
 """Powers of the time that is left that an argument may follow."""
 BENT = -0.125
 """Below this x x''/x'^2 = 1 - 1/alpha, the velocity is infinite where x is 0."""
+GOLDEN = 0.6180339887498949
+"""The fractional parts of its multiples are all different."""
 STEEP = 64.0
 """Beyond this size of x x''/x'^2, x hardly changes until a growing velocity is infinite."""
 
@@ -74,10 +77,12 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     soon = (NEARING if end.ending is Ending.CRAWLING else SOON) * max(abs(end.t), abs(end.t - start))
     try:
         numbers = along(spec, parameters, end)
-        found = [*reached(spec, numbers, soon)]
+        way = -1.0 if end.t < start else 1.0
+        found = fewest_digits([*reached(spec, numbers, soon, way)])
         found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
         if not found and end.t == start:
-            found = [one for one in reached(spec, numbers, 0.0, staying=True) if one[0] == 0]
+            staying = reached(spec, numbers, 0.0, way, staying=True)
+            found = [(left, said) for left, _, said in staying if left == 0]
             found = found or [(0.0, said) for said in outside(spec, numbers)]
     except SpecError as error:
         first = error.problems[0]  # it ended at the very place
@@ -97,36 +102,50 @@ def too_long(start: float, stop: float, end: End) -> Cause | None:
 
 
 def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Dual]:
-    """The values of all symbols, with their first two derivatives where the motion ended."""
+    """The values of all symbols, with their first two derivatives where the motion ended. They vary by their
+    size times a factor of their own, so that differences vary by the size of their terms."""
     from lagrange_cli.symbolic.direct import Dual
 
     count = len(spec.coordinates)
     values = {name: Dual((float(x), 0.0, 0.0)) for name, x in parameters.items()}
-    values[TIME] = Dual((end.t, 1.0, 0.0))
+    values[TIME] = Dual((end.t, 1.0, 0.0), (end.t, 0.0, 0.0))
     for name in spec.all_constraints:  # multipliers are not known there
         values[multiplier_name(name)] = Dual((math.nan, math.nan, math.nan))
     accelerations = [a if math.isfinite(a) else 0.0 for a in end.accelerations.tolist()]
-    for one, q, v, a in zip(spec.coordinates, end.state.tolist(), end.state[count:].tolist(), accelerations):
-        coordinate = Dual((q, v, a / 2))
-        values |= {one.name: coordinate, velocity_name(one.name): coordinate.rate()}
+    state = zip(end.state.tolist(), end.state[count:].tolist(), accelerations)
+    for k, (one, (q, v, a)) in enumerate(zip(spec.coordinates, state), 1):
+        factor = 1.0 + k * GOLDEN % 1.0
+        values[one.name] = Dual((q, v, a / 2), (q * factor, 0.0, 0.0))
+        values[velocity_name(one.name)] = Dual((v, a, 0.0), (v * factor, 0.0, 0.0))
     return values
 
 
 def reached(
-    spec: Spec, values: Mapping[str, Dual], soon: float, *, staying: bool = False
-) -> Iterator[tuple[float, str]]:
-    """The time until arguments reach their ends, where that is ``soon`` or they are there up to rounding, and
-    a message for each. Arguments that stay at their ends end no motion, unless it could not begin: with
-    ``staying`` they count.
+    spec: Spec, values: Mapping[str, Dual], soon: float, way: float, *, staying: bool = False
+) -> Iterator[tuple[float, float, str]]:
+    """The time until arguments reach their ends, where that is ``soon`` or they are there up to rounding;
+    what is left of what they are the difference of; and a message for each. Arguments that stay at their ends
+    end no motion, unless it could not begin: with ``staying`` they count. Time goes one ``way``.
     """
     for expression, border, indices, built in arguments(spec, values):
         for one in border.ends or [nearest_pole(built.value[0])]:
-            left = time_left(built, one)
+            left = time_left(built, one, way)
             if staying and left is None and built.value[0] == one:
                 left = 0.0
-            there = one != 0.0 and abs(float(built.value[0]) - one) <= ROUNDED
-            if left is not None and (there or abs(left) <= soon):
-                yield left, sentence(expression, border, one, indices)
+            u, size = abs(float(built.value[0]) - one), max(abs(float(built.varied[0])), abs(one))
+            if left is not None and (u <= ROUNDED * size or abs(left) <= soon):
+                left = left if abs(left) <= soon else 0.0
+                yield left, u / size if size else math.inf, sentence(expression, border, one, indices)
+
+
+def fewest_digits(found: Sequence[tuple[float, float, str]]) -> list[tuple[float, str]]:
+    """The times and messages of those that are at their ends up to rounding; else, of those that have lost
+    half of their digits; else, of all."""
+    for most in (ROUNDED, HALF, math.inf):
+        some = [(left, said) for left, part, said in found if part <= most]
+        if some:
+            return some
+    return []
 
 
 def outside(spec: Spec, values: Mapping[str, Dual]) -> Iterator[str]:
@@ -196,8 +215,9 @@ def nearest_pole(u: float) -> float:
     return math.pi / 2 + math.pi * round(u / math.pi - 0.5)
 
 
-def time_left(argument: Dual, end: float) -> float | None:
-    """The time until an argument reaches its end; None if it never does, or is there and stays."""
+def time_left(argument: Dual, end: float, way: float = 0.0) -> float | None:
+    """The time until an argument reaches its end; None if it never does, or is there and stays, or goes away
+    from it faster and faster while time goes that ``way``."""
     value, rate, half = map(float, argument.value)
     u = value - end
     if u == 0:
@@ -205,6 +225,8 @@ def time_left(argument: Dual, end: float) -> float | None:
     if not (math.isfinite(u) and rate):
         return None
     bend = 2.0 * half * u / rate / rate
+    if bend >= 1.0 and u * rate * way > 0.0:
+        return None
     alpha = 1.0 / (1.0 - bend) if bend < 1.0 else ALPHA[1]
     return -u / rate * min(max(alpha, ALPHA[0]), ALPHA[1])
 

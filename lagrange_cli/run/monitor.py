@@ -60,7 +60,8 @@ def watched(progress: Progress, interrupted: Interrupted) -> Callable[[float], b
 
 @dataclass(frozen=True)
 class Monitor:
-    """``stage`` is entered for each stage of the work, and ``tell`` given what the user should know at once.
+    """``stage`` is entered for each stage of the work, ``tell`` given what the user should know, and ``warn``
+    what cannot wait until the work has ended.
 
     When the integration begins, ``progress`` makes what is told how far it has come, and ``interrupts`` the
     context in which it works, which gives what is asked whether to stop.
@@ -70,6 +71,7 @@ class Monitor:
     progress: Callable[[], Progress] = Silence
     tell: Callable[[str], None] = ignore
     interrupts: Callable[[], AbstractContextManager[Interrupted]] = uninterrupted
+    warn: Callable[[str], None] = ignore
 
 
 SILENT = Monitor()

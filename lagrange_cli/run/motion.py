@@ -76,15 +76,15 @@ class Motion:
             found = singular_constraints(self.spec, self.values.parameters, self.settings.start, end)
             if found is not None:
                 return found
-        if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.CRAWLING, Ending.STUCK):
+        from lagrange_cli.run.singular import STUCK, singular_masses
+
+        if end.ending in (*STUCK, Ending.CRAWLING):
             from lagrange_cli.run.causes import explained, too_long
 
             found = explained(self.spec, self.values.parameters, self.settings.start, end)
             found = found or too_long(self.settings.start, self.settings.stop, end)
             if found is not None:  # L may have no value there, and no masses
                 return found
-        from lagrange_cli.run.singular import singular_masses
-
         long = self.settings.precision != DOUBLE
         return singular_masses(self.spec, self.values.parameters, self.settings.start, end, long=long)
 
@@ -225,11 +225,11 @@ def follow(
     from lagrange_cli.integrate.run import integrate
 
     progress, name = monitor.progress(), ready.motion.spec.name
-    pace = Pace(ready.times.stop, progress.show, lambda text: monitor.tell(f"{name}: {text}"))
+    pace = Pace(ready.times.stop, progress, lambda text: monitor.warn(f"{name}: {text}"))
     with monitor.stage("integrate"), certificate_of(ready, demand) as certificate:
         outcome = integrate(
             ready.prepared, ready.motion.values, ready.times, emit, interrupted,
-            progress=pace, checkpointing=checkpointing, certificate=certificate,
+            progress=pace.show, checkpointing=checkpointing, certificate=certificate,
             explain=ready.motion.cause, emit_events=emit_events, threads=ready.threads,
         )  # fmt: skip
     progress.clear()

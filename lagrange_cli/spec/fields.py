@@ -267,6 +267,9 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
             )
             return None
     hint = "a name begins with a letter and has only letters, digits and _"
+    joined = re.sub(r"[\s-]+", "_", name.strip())
+    if joined != name and re.fullmatch(r"[^\W\d]\w*", joined):
+        hint = f"call it {joined}: {hint}"
     if name in WORDS:
         hint = f"'{name}' is a word of expressions: call it {name}_ or another name"
     forgotten = re.fullmatch(r"([^\W\d]\w*)\s*[ =:]\s*([-+.\d]\S*)", key.text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
 from lagrange_cli.expression.confusions import VELOCITIES, spin_component
 from lagrange_cli.expression.near import known_hint, look_alike, shown
+from lagrange_cli.expression.quantities import comma_inside
 from lagrange_cli.expression.syntax import ExpressionError, Name, Number, Vector, names, plain_names
 from lagrange_cli.expression.vocabulary import (
     AXES_COMPONENTS,
@@ -138,5 +139,8 @@ def vector_hint(known: Meanings, expression: Expression, section: str = "") -> s
         components = any(name.identifier.startswith(f"{one}.") for name in names(tree))
         if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first m1 should be a mass
             return f"{shown(one)} is a position: write its mass as a parameter M, with 'masses: {{{one}: M}}'"
+    comma = comma_inside(expression.excerpt(tree.span))
+    if comma and not vectors:
+        return comma
     hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
     return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint

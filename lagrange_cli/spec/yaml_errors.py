@@ -42,6 +42,7 @@ _HINTS: tuple[tuple[str, str], ...] = (
     ("'-' indicator", "indent all items of a list equally, each after '- '"),
     ("<document start>", "leave out the line '...', which ends the file"),
     ("end of stream", "close what was opened: a quote, a bracket or a brace"),
+    ("comment or line break", "write abs(x) for |x|; a text of several lines begins below the | or >"),
     ("escape character", "use single quotes, where a backslash means itself"),
     ("node content", "leave the bracket out or put the text in quotes"),
     (

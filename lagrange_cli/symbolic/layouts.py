@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from textwrap import wrap as wrapped
 
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import Text, Unicode
@@ -22,6 +23,8 @@ ARROW = re.compile(r" (?:->|→) ")
 SETS = re.compile(r"(?<=,) (?=\S+ (?:->|→) )")
 """Between what an event sets."""
 CHARACTERS_A_STEP = 5
+OPENING = re.compile(r"(?:\w+ = )? ?\[+")
+"""What is before the first entry of a row."""
 
 
 def as_text(equations: Equations, form: str) -> str:
@@ -59,24 +62,30 @@ def sentence(statement: Statement) -> list[str]:
     """``left: remark``, or ``left = right`` with the remark below it."""
     if not statement.right:
         return said(": ".join(filter(None, (statement.left, statement.remark))))
-    below = ["  " + line for line in said(statement.remark)]
+    below = ["  " + line for line in said(statement.remark, WIDTH - 2)]
     return [*wrap(f"{statement.left} = {statement.right}"), *below]
 
 
-def said(text: str) -> list[str]:
+def said(text: str, width: int = WIDTH) -> list[str]:
     """Words, indented; what an event sets is broken where it is long, between its values first of all."""
-    if len(text) < WIDTH or not ARROW.search(text):
+    if len(text) + 2 <= width:
         return ["  " + text]
+    if not ARROW.search(text):
+        return wrapped(
+            text, width, initial_indent="  ", subsequent_indent="    ",
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
     parts = enumerate(SETS.split(text))
     return ["  " * (i > 0) + line for i, one in parts for line in wrap(one)]
 
 
 def wrap(text: str) -> list[str]:
     """The text, indented; a long sum is broken before the signs between its terms."""
-    if "\n" in text:  # a matrix, one row per line
+    if "\n" in text:  # a matrix
         first, *others = text.split("\n")
         margin = " " * (first.index("[") + 2)
-        return ["  " + first, *(margin + line for line in others)]
+        rows = [("  ", first), *((margin, line) for line in others)]
+        return [indent + line for one in rows for indent, line in row_lines(*one)]
     lines = [*broken(text, "  ", " " * 6)]
     for deeper in (10, 14) if " for " in text else ():  # sums over indices, and what is in parentheses there
         lines = [
@@ -84,12 +93,32 @@ def wrap(text: str) -> list[str]:
             for indent, line in lines
             for part in broken(line, indent, " " * max(deeper, len(indent)), within_sums=True)
         ]
-    lines = [  # only what is too long still
-        part
-        for indent, line in lines
-        for part in broken(line, indent, " " * max(10, len(indent) + 4), within_functions=True)
-    ]
-    return [indent + line for indent, line in lines]
+    return [indent + line for one in lines for indent, line in shortened(*one)]
+
+
+def shortened(indent: str, line: str) -> Iterator[tuple[str, str]]:
+    """The same, broken in arguments of functions where it is too long still."""
+    yield from broken(line, indent, " " * max(10, len(indent) + 4), within_functions=True)
+
+
+def row_lines(indent: str, row: str) -> Iterator[tuple[str, str]]:
+    """The lines of a row of a matrix, each with its indentation: broken between entries first of all."""
+    opening = OPENING.match(row)
+    begin = 0 if opening is None else opening.end()
+    depth, start, place, further = 0, 0, 0, indent + " " * max(begin, 1)
+    parts = list[tuple[str, str]]()
+    for index, character in enumerate(row[begin:], begin):
+        depth += (character in "([") - (character in ")]")
+        last = index + 1 == len(row)
+        if last or (character == "," and depth == 0):
+            if place > start and len(indent) + index + 1 - start > WIDTH:
+                parts.append((indent, row[start:place].rstrip()))
+                indent, start = further, place
+            place = index + 2
+    parts.append((indent, row[start:]))
+    for margin, part in parts:
+        for one in broken(part, margin, further + "    "):
+            yield from shortened(*one)
 
 
 def broken(
@@ -110,8 +139,9 @@ def break_place(
     text: str, start: int, width: int, *, within_sums: bool = False, within_functions: bool = False
 ) -> int:
     """Where to break what follows ``start``: before the last sign of the outermost sum within ``width``, or
-    else the first one beyond it; 0 where there is none. Arguments of functions are broken if
-    ``within_functions``; those of sums over indices are if ``within_sums``, also before their loops.
+    else the first one beyond it; 0 where there is none. If ``within_functions``, arguments of functions are
+    broken, and signs that are further in, rather than beyond ``width``; those of sums over indices are if
+    ``within_sums``, also before their loops.
 
     Signs within ``width`` are the outermost if there are none further out in the next ``FAR`` characters.
     Those in short parentheses count as further in, and where there are none outside of parentheses, a break
@@ -153,5 +183,8 @@ def break_place(
     before = [place for place in factors if width // 3 < place - start <= width]
     if outermost > 0 and before:
         return before[-1]
+    fitting = [(depth, place) for depth, place in places if place <= start + width]
+    if within_functions and fitting:
+        outermost = min(fitting)[0]
     candidates = [place for depth, place in places if depth == outermost]
     return max((place for place in candidates if place <= start + width), default=min(candidates, default=0))

@@ -29,6 +29,7 @@ TOLERANCES = (1e-44, 1e-47, 1e-50)
 """Tolerances of the three motions: steps from a quarter to a sixth of those for 2^-52."""
 ROUNDING = 2.0**-53
 """The rounding error of the doubles in which it is stored: a lower bound for its error."""
+BUDGET = "computing the reference further would exceed --budget"
 SHORTEST = 1e-9
 """The shortest part of the given time for which a reference is of use."""
 
@@ -70,7 +71,7 @@ def find_reference(
     asked, reason = stop, ""
     while abs(stop - start) > SHORTEST * abs(asked - start):
         times = evenly(start, stop)
-        found = [run(times) for run in runs]
+        found = followed(runs, times)
         count = min(len(each.q) for each in found)
         motions = np.stack([each.q[:count] for each in found])
         q = motions.mean(axis=0)
@@ -84,8 +85,26 @@ def find_reference(
             return Reference(times, q, sizes[-1], error, steps, asked, reason)
         larger = f"the error of the reference exceeds {decimal(good)} beyond this time"
         reason = why(found) if known == count else larger
-        stop = start + round_down(times.step * (known - 1) if known > 1 else times.step / 2)
-    raise MotionError(f"no reference solution to compare with: {reason}")
+        passed = reached(found, start)
+        further = times.step * (known - 1) if known > 1 else min(times.step / 2, passed, key=abs)
+        stop = start + round_down(further) if further else start
+    way = "; end the motion earlier with --stop" if reason == BUDGET else ""
+    raise MotionError(f"no reference solution to compare with: {reason}{way}")
+
+
+def followed(runs: Sequence[Callable[[Times], Trajectory]], times: Times) -> list[Trajectory]:
+    """The motions of all ``runs``; one that comes to no sample is the last."""
+    found = list[Trajectory]()
+    for run in runs:
+        found.append(run(times))
+        if len(found[-1].q) <= 1:
+            break
+    return found
+
+
+def reached(found: Sequence[Trajectory], start: float) -> float:
+    """The time in which all of them were followed."""
+    return min((one.outcome.t - start for one in found), key=abs)
 
 
 def leading(holds: NDArray[np.bool_]) -> int:
@@ -97,7 +116,7 @@ def why(found: Sequence[Trajectory]) -> str:
     """The reason why the shortest of the motions ended."""
     outcome = min(found, key=lambda each: len(each.q)).outcome
     if outcome.ending is Ending.INTERRUPTED:
-        return "computing the reference further would exceed --budget"
+        return BUDGET
     return outcome.message
 
 

@@ -38,9 +38,15 @@ def evenly(start: float, stop: float) -> Times:
 
 
 def follow(
-    prepared: Prepared, values: Values, times: Times, budget: float, interrupted: Callable[[], bool]
+    prepared: Prepared,
+    values: Values,
+    times: Times,
+    budget: float,
+    interrupted: Callable[[], bool],
+    progress: Callable[[float], None] = lambda t: None,
 ) -> Trajectory:
-    """Integrate a prepared motion, for ``budget`` seconds at most or until ``interrupted``.
+    """Integrate a prepared motion, for ``budget`` seconds at most or until ``interrupted``; ``progress`` is
+    told the time reached.
 
     ``seconds`` is the time of the integration. As in a run of ``solve`` it includes samples and diagnostics,
     but neither compilation nor output.
@@ -56,6 +62,6 @@ def follow(
     def late() -> bool:
         return time.perf_counter() - began > budget or interrupted()
 
-    outcome = integrate(prepared, values, times, emit, late)
+    outcome = integrate(prepared, values, times, emit, late, progress=progress)
     seconds = time.perf_counter() - began
     return Trajectory(np.concatenate(chunks), outcome, seconds)

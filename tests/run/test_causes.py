@@ -100,6 +100,46 @@ def test_the_expression_that_ends_a_member_of_a_sweep_is_named(case, tmp_path):
     assert f"): {expected} at t = " in done.stderr
 
 
+DOME = """
+coordinates: {x: {initial: 0, velocity: 0.6}, y: {initial: 0, velocity: 0.8}}
+masses: {p: 1}
+positions:
+  p: [x, y, sqrt(1 - x**2 - y**2)]
+"""
+BEND = """
+coordinates: {{x: {{initial: 0, velocity: 1}}}}
+masses: {{p: 0.25}}
+positions: {{p: ["x", "{}"]}}
+"""
+ARC = fall(lambda x: 2 * (1 - x) / (2 - x), 0, 1)
+SLOPE = """
+coordinates: {x: {initial: 1, velocity: 6}, y: {initial: 0.5, velocity: 0.3}}
+masses: {p: 1}
+positions: {p: "(x, y, 3*asin((x + y/3)/20))"}
+"""
+EDGES = {
+    "dome": (DOME, "1 - x**2 - y**2 reaches 0 in sqrt(1 - x**2 - y**2) (line 5)", HALF_PI),
+    "bend": (BEND.format("2*sqrt(1 - x)"), "1 - x reaches 0 in sqrt(1 - x) (line 4)", ARC),
+    "fades": (BEND.format("log(1 - x)"), "1 - x reaches 0 in log(1 - x) (line 4)", None),
+    "slope": (SLOPE, "(x + y/3)/20 reaches 1 in asin((x + y/3)/20) (line 4)", None),
+}
+"""Positions near the edge of a domain, where the last digits of the argument are lost."""
+
+
+@pytest.mark.parametrize("case", EDGES)
+def test_the_edge_of_a_position_is_named_after_few_steps(case, tmp_path):
+    text, expected, end = EDGES[case]
+    (tmp_path / "a.yaml").write_text(text)
+    done = lagrange("solve", "a.yaml", "--stop", 80, "--step", 1, cwd=tmp_path)
+    assert done.returncode == 4
+    found = re.search(r"a: (.*) at t = (\S+), where", done.stderr)
+    assert found is not None and found[1] == expected
+    if end is not None:
+        assert float(found[2]) == pytest.approx(float(end), rel=1e-6)
+    steps = re.search(r" in (\d+) steps", done.stdout)
+    assert steps is not None and int(steps[1]) <= 8192
+
+
 def test_what_outgrows_all_numbers_is_no_collision(tmp_path):
     (tmp_path / "a.yaml").write_text(line(0, "x_dot**2/2 - x**2/2", 1) + "dissipation: x_dot**2/2\n")
     done = lagrange("solve", "a.yaml", "--stop=-2000", "--step", 100, cwd=tmp_path)

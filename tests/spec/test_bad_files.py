@@ -263,6 +263,14 @@ bodies:
     ("name: pendulum", "solve: {stop: 1,5, step: 0,1}", [
         (1, "1,5", "decimal comma in stop of solve", "write 1.5"), (1, "0,1", "decimal comma", "write 0.1"),
     ]),
+    ("name: pendulum", "observables: {e: 0,5*theta**2}", [
+        (1, "0,5", "expected a scalar", "write 0.5 for 0,5"),
+    ]),
+    ("name: pendulum", "observables: {}\npotential: |theta|", [
+        (2, "", "block scalar", "write abs(x) for |x|"),
+    ]),
+    ("  m: 1", "  spring k: 1", [(3, "spring k", "cannot be called 'spring k'", "call it spring_k: a name")]),
+    ("name: pendulum", "observables: {e: theta# it}", [(1, "#", "misplaced '#'", "a space before the #")]),
     ("name: pendulum", 'solve: {step: "(0, 1)"}', [(1, "(0, 1)", "expected a scalar", "take a component")]),
     ("name: pendulum", "solve: {tmax: 1, dt: 2}", [
         (1, "tmax", "unknown key 'tmax' in solve", "'stop'"), (1, "dt", "unknown key 'dt'", "'step'"),

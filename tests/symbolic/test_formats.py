@@ -5,6 +5,7 @@ import math
 import pytest
 import sympy
 
+import lagrange_cli as lagrange
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
@@ -210,3 +211,21 @@ def test_long_sums_are_broken_between_their_terms():
     assert max(map(len, text.splitlines())) <= WIDTH
     joined = " ".join(text.split())
     assert "theta2_dot**2/2 + m2*l1*l2*cos(theta1 - theta2)*theta1_dot*theta2_dot" in joined
+
+
+@pytest.mark.parametrize("form", ["lagrange", "matrix"])
+def test_no_line_is_wider_than_the_page(form):
+    """Rows of matrices, words, and roots within roots are broken, and nothing is lost."""
+    text = (
+        "coordinates: {a: {initial: 0.1}, b: {initial: 0.2}, c: {initial: 0.3}}\n"
+        "lagrangian: >\n"
+        "  (a_dot**2*sqrt(a + sin(b)*sqrt(c + 2*a*cos(b)*sqrt(b + cos(a + c)**2) + sin(a)**2) + b**2)\n"
+        "  + a_dot*b_dot*cos(a)*cos(b) + a_dot*c_dot*(a + cos(b)) + b_dot**2*(1 + cos(c)**2) + c_dot**2)/2\n"
+    )
+    equations = lagrange.equations(text)
+    page = equations.write("text", form)
+    assert max(map(len, page.splitlines())) <= WIDTH
+    if form == "matrix":
+        shown = page.partition("f = [")[2].replace("\n", "").replace(" ", "")
+        data = ",".join(equations.as_data("matrix")["force"]).replace(" ", "")
+        assert shown == data + "]"

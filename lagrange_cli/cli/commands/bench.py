@@ -16,6 +16,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.run.bench import TOLERANCES
 from lagrange_cli.run.interrupts import Interrupts
+from lagrange_cli.run.monitor import ignore
 from lagrange_cli.run.settings.methods import proper_name
 
 SMALLEST_ERROR, LARGEST_ERROR = 1e-12, 0.1
@@ -138,6 +139,7 @@ def bench(
             progress.show,
             interrupted,
             given.overrides,
+            ignore if given.quiet else complain,
         )
     progress.clear()
     if given.as_json:

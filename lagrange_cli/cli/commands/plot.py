@@ -227,7 +227,7 @@ def opened(
     tell = ignore if given.quiet else complain
     name, settings = motion.spec.name, motion.settings
     progress = partial(Progress, name, settings.start, settings.stop, quiet=given.quiet)
-    monitor = Monitor(waiting.stage, progress, tell, Interrupts)
+    monitor = Monitor(waiting.stage, progress, tell, Interrupts, tell)
     with solved(motion, request, demand, monitor) as (result, outcome):
         if outcome.ending.status == "failed":
             tell(f"{name}: {outcome.message}; the motion up to then is {how}")

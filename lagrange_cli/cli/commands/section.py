@@ -131,7 +131,8 @@ def take(system: str, asked: Invocation, cut: SectionRequest, draws: Draws, thre
         name = output_name(system, asked.output, "_section", asked.request.format)
         target = find_output(system, name, asked, given, draws.table)
     progress = partial(Counter, ensemble.spec.name, ensemble.values.members, "motions", quiet=asked.quiet)
-    monitor = Monitor(watch.stage, progress, ignore if asked.quiet else complain, Interrupts)
+    tell = ignore if asked.quiet else complain
+    monitor = Monitor(watch.stage, progress, tell, Interrupts, tell)
     stream = standard_output() if asked.streams else None
     crossed = take_section(ensemble, target, asked.request, monitor, threads=threads, stream=stream)
     if crossed.start.finished is not None:

@@ -113,7 +113,8 @@ def solve_system(system: str, asked: Invocation, demand: Demand | None = None) -
         target = find_output(system, name, asked, {"command": "'lagrange solve'", **options_given(demand)})
     start, stop = motion.settings.start, motion.settings.stop
     progress = partial(Progress, motion.spec.name, start, stop, quiet=asked.quiet)
-    monitor = Monitor(watch.stage, progress, ignore if asked.quiet else complain, Interrupts)
+    tell = ignore if asked.quiet else complain
+    monitor = Monitor(watch.stage, progress, tell, Interrupts, tell)
     stream = standard_output() if asked.streams else None
     solved = solve_motion(motion, target, request, monitor, demand=demand, stream=stream)
     if solved.start.finished is not None:

@@ -66,7 +66,8 @@ def sweep_system(system: str, asked: Invocation, draws: Draws, threads: int) -> 
         given = {"command": "'lagrange sweep'", **draws.options_given()}
         target = find_output(system, name, asked, given, draws.table)
     progress = partial(Counter, ensemble.spec.name, ensemble.values.members, "members", quiet=asked.quiet)
-    monitor = Monitor(watch.stage, progress, ignore if asked.quiet else complain, Interrupts)
+    tell = ignore if asked.quiet else complain
+    monitor = Monitor(watch.stage, progress, tell, Interrupts, tell)
     swept = sweep_ensemble(ensemble, target, asked.request, monitor, threads=threads)
     if swept.start.finished is not None:
         return say_finished(swept.start.finished, target.shown, watch.report(), asked)

@@ -37,7 +37,7 @@ def follow_ensemble(
     families: Sequence[Family],
     times: Times,
     emit: Emit,
-    interrupt: Callable[[int], bool],
+    interrupt: Callable[[float], bool],
     *,
     sampled: bool,
     threads: int,
@@ -50,12 +50,13 @@ def follow_ensemble(
 
     Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape) if
     ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan. ``families``
-    are those of the coordinates. ``interrupt`` gets the number of members that have ended, several times a
-    second; True stops them all. The arrays are valid during the call only. Datasets of crossings of events
-    have as many rows as there are, and say to which members they belong. With ``checkpointing``, members that
-    an earlier run has followed to their end are not followed again; only their start is emitted. Samples are
-    those of the ``section``, if there is one. If some members are ``chosen`` (members,), only these are
-    followed. ``explain`` says what in the system ended the motion of a member that could not go on.
+    are those of the coordinates. ``interrupt`` gets the number of members that have ended, and the parts of
+    those on their way, several times a second; True stops them all. The arrays are valid during the call
+    only. Datasets of crossings of events have as many rows as there are, and say to which members they
+    belong. With ``checkpointing``, members that an earlier run has followed to their end are not followed
+    again; only their start is emitted. Samples are those of the ``section``, if there is one. If some members
+    are ``chosen`` (members,), only these are followed. ``explain`` says what in the system ended the motion
+    of a member that could not go on.
     """
     program = prepared.machine.program
     datasets = EnsembleDatasets(
@@ -75,10 +76,10 @@ def follow_ensemble(
         missing = datasets.missing()
         if going and len(missing):
 
-            def told(done: int, before: int = part.stop - len(missing)) -> bool:
-                if checkpointing is not None and checkpointing.due(before + done):
+            def told(done: float, before: int = part.stop - len(missing)) -> bool:
+                if checkpointing is not None and checkpointing.due(before + int(done)):
                     datasets.flush()
-                    checkpointing.keep(datasets.outcome(), before + done)
+                    checkpointing.keep(datasets.outcome(), before + int(done))
                 return interrupt(before + done)
 
             own = None if section is None else section.only(part)

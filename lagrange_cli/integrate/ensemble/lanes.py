@@ -40,7 +40,9 @@ class LanesMethod:
     backward: bool = False
     checkpointing: Checkpointing[Kept] | None = None
 
-    def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
+    def follow(
+        self, starts: Starts, accept: Accept, interrupt: Callable[[float], bool], threads: int
+    ) -> bool:
         """See ``EnsembleMethod``."""
         checkpointing = self.checkpointing
         if checkpointing is not None and checkpointing.begin is not None and PACK not in checkpointing.begin:
@@ -49,7 +51,7 @@ class LanesMethod:
         if checkpointing is not None and checkpointing.begin is not None:
             members.restore(checkpointing.begin)
         workers = started(members, min(threads, -(-len(starts) // LANES)))
-        stopped = False
+        stopped, reached = False, 0.0
         try:
             while not stopped and members.done + len(members.left) < len(starts):
                 next((w for w in workers if w.is_alive()), workers[0]).join(
@@ -57,7 +59,8 @@ class LanesMethod:
                 )
                 for batch in members.ended():
                     accept(self._seen(batch))
-                stopped = interrupt(members.done) and members.done < len(starts)
+                reached = max(reached, members.done + members.parts())  # some end in the meantime
+                stopped = interrupt(reached) and members.done < len(starts)
                 if checkpointing is not None and not stopped and checkpointing.due(members.steps):
                     end(members, workers)
                     if members.on_the_way:
@@ -85,7 +88,7 @@ class LanesMethod:
         index: NDArray[np.int64],
         starts: Starts,
         accept: Accept,
-        interrupt: Callable[[int], bool],
+        interrupt: Callable[[float], bool],
         threads: int,
         checkpointing: Checkpointing[Kept],
     ) -> bool:

@@ -63,6 +63,7 @@ class Members:
         self._reasons, self._given = np.zeros(count, dtype=np.int8), np.zeros(count, dtype=bool)
         self._queue = queue_of(self._slots, section)
         self._pack = aligned(machine.program.lanes) if kept else None
+        self._packs: list[NDArray[np.float64]] = []
         """What the only motion is followed in, if it may be kept."""
         self._first = 0
         """The first member that has not been given away."""
@@ -82,6 +83,8 @@ class Members:
     def work(self) -> None:
         """Integrate members until none is left: the work of a thread."""
         pack = aligned(self._machine.program.lanes) if self._pack is None else self._pack
+        if not any(one is pack for one in self._packs):
+            self._packs.append(pack)
         while not self._queue[HALT]:
             self._follow(
                 pack.ctypes.data, self._parameters.ctypes.data, self._states.ctypes.data,
@@ -93,11 +96,24 @@ class Members:
                 return
             time.sleep(MOMENT)
 
+    def parts(self) -> float:
+        """How far those on their way have come, in parts of their motions, unless a number of crossings ends
+        them. Threads go on in the meantime."""
+        places, found = self._places, 0.0
+        if self._section is not None:
+            return found
+        for pack in [*self._packs]:
+            active = int(pack.view(np.int64)[places["active"]])
+            times = pack[places["time"] : places["time"] + LANES].tolist()
+            found += sum(self._times.part(t) for lane, t in enumerate(times) if active >> lane & 1)
+        return found
+
     @property
     def _places(self) -> dict[str, int]:
-        """Where the numbers of the only motion are: in the first lane."""
-        assert self._section is not None
-        kind = SECTION if self._section.periods is None else STROBE
+        """Where the numbers of the first lane are."""
+        kind = ""
+        if self._section is not None:
+            kind = SECTION if self._section.periods is None else STROBE
         return {
             name: LANES * place
             for name, place in lane_places(self._machine.program.state.width, kind).items()

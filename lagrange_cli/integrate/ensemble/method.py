@@ -169,10 +169,12 @@ class Starts:
 class EnsembleMethod(Protocol):
     """A method for many motions."""
 
-    def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
+    def follow(
+        self, starts: Starts, accept: Accept, interrupt: Callable[[float], bool], threads: int
+    ) -> bool:
         """Integrate members from their ``starts``; returns False if stopped.
 
         ``accept`` is called in this thread and may keep what it is given. ``interrupt`` is called with the
-        number of members that have ended, several times a second; if it returns True, all stop. Results do
-        not depend on ``threads``."""
+        number of members that have ended, and the parts of those on their way, several times a second; if it
+        returns True, all stop. Results do not depend on ``threads``."""
         ...

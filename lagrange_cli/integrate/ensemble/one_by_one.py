@@ -30,14 +30,16 @@ class OneByOne:
     events: tuple[str, ...] = ()
     checkpointing: Checkpointing[Kept] = UNKEPT
 
-    def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
+    def follow(
+        self, starts: Starts, accept: Accept, interrupt: Callable[[float], bool], threads: int
+    ) -> bool:
         """See ``EnsembleMethod``."""
         if self.parallel and threads > 1 and len(starts) > 1:
             return self._side_by_side(starts, accept, interrupt, threads)
         for member in range(len(starts)):
 
             def stop(t: float, member: int = member) -> bool:
-                return interrupt(member)
+                return interrupt(member + part_of(starts, t))
 
             batch = self._one(member, starts, stop)
             accept(batch)
@@ -46,16 +48,23 @@ class OneByOne:
         return True
 
     def _side_by_side(
-        self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int
+        self, starts: Starts, accept: Accept, interrupt: Callable[[float], bool], threads: int
     ) -> bool:
         from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
         from lagrange_cli.integrate.hearing import heard
 
-        halted, done, stopped = Event(), 0, False
+        halted, done, stopped, reached = Event(), 0, False, 0.0
+        parts = dict[int, float]()
 
         def one(member: int) -> EndedMembers:
-            return self._one(member, starts, lambda t: halted.is_set())
+            def stop(t: float) -> bool:
+                parts[member] = part_of(starts, t)
+                return halted.is_set()
+
+            ended = self._one(member, starts, stop)
+            parts.pop(member, None)
+            return ended
 
         with heard(), ThreadPoolExecutor(threads) as pool:
             try:
@@ -66,7 +75,8 @@ class OneByOne:
                     for future in ended:
                         accept(future.result())
                     done += len(ended)
-                    if interrupt(done) and done < len(starts):
+                    reached = max(reached, done + sum([*parts.values()]))
+                    if interrupt(reached) and done < len(starts):
                         stopped = True
                         halted.set()
                     if not stopped:
@@ -88,3 +98,8 @@ class OneByOne:
         end = self.method.follow(starts.parameters[member], state, starts.times, observer)
         rows = samples.rows if starts.sampled else None
         return EndedMembers.one(member, end, samples.reached, rows, [log] if self.events else [])
+
+
+def part_of(starts: Starts, t: float) -> float:
+    """How far a motion has come, unless a number of crossings ends it."""
+    return starts.times.part(t) if starts.section is None else 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending, Finished
 from lagrange_cli.integrate.method import UNOBSERVED, Interrupt, Observer, Snapshot, Unfit
 from lagrange_cli.integrate.methods.compiled import CompiledEquations
-from lagrange_cli.integrate.methods.crawling import crawls, steps_to_mark
+from lagrange_cli.integrate.methods.crawling import crawls, loses_digits, nothing_moves, steps_to_mark
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.integrate.workspace import MOST_STEPS, Workspace, padded
 from lagrange_cli.native.guards import DUE, HALTED, Role
@@ -247,7 +248,9 @@ class Stepper:
             return False
         self._marked = steps
         clock = self.space.memory[self.space.layout.clock]
-        return crawls(clock, steps, abs(self.space.t - self._start), self._stop)
+        elapsed = abs(self.space.t - self._start)
+        looks = partial(loses_digits, self.space), partial(nothing_moves, self.space)
+        return crawls(clock, steps, elapsed, self._stop, *looks)
 
     def heard(self) -> AbstractContextManager[None]:
         """A context in which a signal ends a step that is divided for integrals, which may take long."""

@@ -9,11 +9,11 @@ from typing import TypeVar
 
 from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Kind, Node, reachable, union
-from lagrange_cli.expression.residues import LARGE, SMALL
+from lagrange_cli.expression.residues import BITS, LARGE, SMALL
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
 from lagrange_cli.mechanics.conserved.reasons import without_denominators
-from lagrange_cli.mechanics.conserved.residue_states import BITS, State, States
+from lagrange_cli.mechanics.conserved.residue_states import State, States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.variables import state_symbols

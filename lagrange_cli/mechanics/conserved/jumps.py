@@ -13,11 +13,11 @@ from itertools import islice
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
-from lagrange_cli.expression.residues import LARGE, NoValue, Residues, quotient
+from lagrange_cli.expression.residues import LARGE, NoValue, Residues, effort, quotient
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.conserved.columns import SPARE
 from lagrange_cli.mechanics.conserved.recognition import Recognition
-from lagrange_cli.mechanics.conserved.residue_states import BITS, PROOFS, TRIES
+from lagrange_cli.mechanics.conserved.residue_states import PROOFS, TRIES
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import OfModel, state_symbols
 from lagrange_cli.model.events import changes_of
@@ -131,9 +131,9 @@ class Jumps(OfModel):
         where, fails = self._surfaces[event.name], 0
         inside, below = reachable(jumps), reachable(where.coefficients if where else ())
         names = {str(one.data) for one in (*inside, *below) if one.kind is Kind.SYMBOL}
-        source = random.Random(len(inside))
+        source, work = random.Random(len(inside)), effort([*inside, *below], prime)
         while fails < TRIES:
-            self.graph.work.charge((len(inside) + len(below)) * (2 + prime.bit_length() // BITS))
+            self.graph.work.charge(work)
             residues = Residues(prime, source)
             given = {**{name: residues.random() for name in names}, **parameters}
             try:

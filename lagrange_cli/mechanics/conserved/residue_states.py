@@ -10,7 +10,7 @@ from itertools import chain, islice
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import solved
 from lagrange_cli.expression.node import Kind, Node, reachable, union
-from lagrange_cli.expression.residues import LARGE, NoValue, Residues, Step
+from lagrange_cli.expression.residues import LARGE, NoValue, Residues, Step, effort
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import root_of, substituted
 from lagrange_cli.mechanics.variables import OfModel, variables
@@ -20,8 +20,6 @@ TRIES = 40
 """Random states that are tried for each one with values: half of all numbers have a square root."""
 PROOFS = 3
 """States at which the rate of change of what is conserved must vanish."""
-BITS = 100
-"""A value takes one step of work for each such number of bits of the prime."""
 
 
 @dataclass(frozen=True)
@@ -126,15 +124,15 @@ class States(OfModel):
             return
         placed, here = ([one for one in steps if not one[0].symbols & free] for steps in (before, within))
         pushed, there = ([one for one in steps if one[0].symbols & free] for steps in (before, within))
-        each = 2 + prime.bit_length() // BITS
+        work_here, work_there = (effort([one[0] for one in steps], prime) for steps in (here, there))
         while fails < TRIES:
-            graph.work.charge(len(here) * each)
+            graph.work.charge(work_here)
             residues, stay = fixed.again(), True
             given = {**{name: residues.random() for name in names}, **(parameters or {})}
             try:
                 place, values = self._at(residues, (placed, here), given, {}, {})
                 while stay:
-                    graph.work.charge(len(there) * each)
+                    graph.work.charge(work_there)
                     again = residues.again()
                     given |= {name: again.random() for name in speeds}
                     _, every = self._at(again, (pushed, there), given, place, values)

@@ -44,25 +44,27 @@ ROUNDED = 2.0**-44
 """A value of a sum that is so much smaller than its terms is 0."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
+WORTH_OF_ALL = 3_000_000
+"""Those that all stages may take together."""
 WORTH_OF_POLYNOMIALS = 800_000
 """The same for conserved polynomials, which many systems do not have: half a second."""
 
 
 def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
+    with graph_of(model).work.apart():
+        return searched(model, known)
+
+
+def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, ...]:
+    """The same, stage by stage."""
     energy = model.potential if model.lagrangian is None else model.lagrangian
     if any(one.kind is Kind.SWITCH for one in reachable([energy])):
         from lagrange_cli.mechanics.switching.saturation import released  # if anything was saturated
 
         model = released(model)
     work = graph_of(model).work
-    with work.apart():
-        return searched(model, known)
-
-
-def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, ...]:
-    """The same, stage by stage."""
-    work = graph_of(model).work
+    last = work.spent + WORTH_OF_ALL
     space = work.attempt(WORTH_OF_POLYNOMIALS, partial(in_space, model))
     model, note = space or (model, "")
     found = Found(model, known)
@@ -88,7 +90,7 @@ def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, 
     for stage in stages:
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
         worth = WORTH_OF_POLYNOMIALS if stage in (idle, in_other_axes, polynomials) else WORTH
-        work.attempt(worth, partial(stage, found))
+        work.attempt(min(worth, last - work.spent), partial(stage, found))
     return tuple(found.symmetries)
 
 
@@ -155,7 +157,7 @@ def rescaled(found: Found) -> None:
     if "h" not in found.names:
         from lagrange_cli.mechanics.conserved import rescaled  # where t is in the equations, or drag
 
-        rescaled.rescaled(found, symmetries)
+        rescaled.rescaled(found, searched)
 
 
 def lasting(found: Found) -> None:
@@ -279,7 +281,7 @@ def without_gauge(found: Found) -> None:
     energetics, (_, known) = Energetics(other), conservation(other)
     plain = {f"p_{name}": p for name, p in zip(model.coordinates, energetics.momenta)}
     nodes = [(each, {**plain, "h": energetics.energy_function}[each.quantity]) for each in known]
-    nodes += [(one.conserved, one.node) for one in symmetries(other, known)]
+    nodes += [(one.conserved, one.node) for one in searched(other, known)]
     gone = lagrangian - left
     lacks = {f"p_{name}": -found.graph.diff(gone, v) for name, v in zip(model.coordinates, model.v)}
     (lacks["h"],) = substituted(found.graph, [gone], dict.fromkeys(model.v, found.graph.zero))

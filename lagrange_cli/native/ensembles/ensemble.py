@@ -33,7 +33,7 @@ from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_ste
 from lagrange_cli.native.stepping.sums import HighLow
 
 ALL = 2**LANES - 1
-ENOUGH, CRAWLING = 1 << 18, 2.0**-12
+ENOUGH, CRAWLING = 1 << 12, 2.0**-12
 """After so many steps, motions whose steps are this fraction of the usual length, and may become ever
 shorter, are left to ``@advance``, too."""
 

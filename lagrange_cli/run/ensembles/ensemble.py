@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.domains import within_domain
 from lagrange_cli.run.ensembles.start import consistent_ensemble
 from lagrange_cli.run.jumps import check_members
@@ -89,12 +89,17 @@ def make_ensemble(spec: Spec, members: Members, request: Request) -> Ensemble:
     values = resolve_ensemble(spec, request.overrides, members.columns)
     if values.times:
         spec = with_common_times(spec, values, request)
-    settings = request.settings(spec, values.common)
     sampled = request.options.outputs is not None
+    settings = request.settings(spec if sampled else without_samples(spec), values.common)
     given = {*request.overrides, *members.columns}
     spec, values, notes = consistent_ensemble(spec, values, settings.start, given, forced=request.projected)
     values = within_domain(spec, values, settings.start)
     return Ensemble(spec, members, values, settings, sampled, families_of(spec), notes=notes)
+
+
+def without_samples(spec: Spec) -> Spec:
+    """The system without the number of samples, and the time between them, that its file asks for."""
+    return replace(spec, solve=replace(spec.solve, samples=None, step=None))
 
 
 def families_of(spec: Spec) -> tuple[Family, ...]:

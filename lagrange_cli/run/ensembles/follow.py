@@ -11,8 +11,9 @@ from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensembles.contents import told
 from lagrange_cli.run.ensembles.ensemble import Ensemble, alone
 from lagrange_cli.run.ensembles.files import EnsembleFile
-from lagrange_cli.run.monitor import Monitor, watched
+from lagrange_cli.run.monitor import Monitor, Progress, watched
 from lagrange_cli.run.motion import Motion
+from lagrange_cli.run.pace import PaceOfMany
 from lagrange_cli.run.settings.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 
@@ -69,7 +70,10 @@ def follow_and_write(
         from lagrange_cli.run.doubtful import tell_dissipation
 
         tell_dissipation(ensemble.spec, ensemble.values.of(0).parameters, monitor.tell)
-    progress, stage = monitor.progress(), monitor.stage
+    progress, stage, name = monitor.progress(), monitor.stage, ensemble.spec.name
+    pace: Progress = progress
+    if ensemble.cut is None:
+        pace = PaceOfMany(ensemble.values.members, progress, lambda text: monitor.warn(f"{name}: {text}"))
     with monitor.interrupts() as interrupted:
         with stage("write"):
             file = make(ensemble, groups[0].prepared, start, units)
@@ -92,7 +96,7 @@ def follow_and_write(
                             ensemble.families,
                             ensemble.times,
                             write,
-                            watched(progress, interrupted),
+                            watched(pace, interrupted),
                             sampled=ensemble.sampled and ensemble.cut is None,
                             threads=threads,
                             checkpointing=members,
