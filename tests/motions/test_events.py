@@ -433,7 +433,7 @@ def test_events_at_given_times_happen_then_to_the_last_bit():
     source = random.Random()
     times = [0.5, 0.1, *(round(source.uniform(0.1, 4.0), 3) for _ in range(10))]
     print("times:", times)
-    text = OSCILLATOR.format(x=1, v=0.3, when="x", direction="either", action="record")
+    text = OSCILLATOR.format(x=1, v=0.3, when="t - 4.25", direction="rising", action="record")
     text += "".join(f"  e{k}: {{when: t - {one}}}\n" for k, one in enumerate(times))
     motion = follow(text, 4.5, 2)
     for k, one in enumerate(times):
