@@ -127,7 +127,6 @@ class Happenings:
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
         self._resting.released = {int(one) for one in self._resting.at_once.restore(state)}
-        self._resting.length()
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""

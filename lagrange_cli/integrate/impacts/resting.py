@@ -54,8 +54,6 @@ class Resting:
 
     def __init__(self, sides: Sides, start: float, trial: Array) -> None:
         self._sides, self._start = sides, start
-        self._shared = trial[sides.program.trial - 1 :] if sides.program.joined else np.zeros(1)
-        """The length of the last step, which compiled code knows where it does impacts at one time."""
         rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
         self.impacts = sides.program.slowing.keys()
         """The events that are impacts which reduce the speed."""
@@ -71,7 +69,8 @@ class Resting:
         self.released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
         self._touching = Touching(sides, self.guards)
-        self.at_once = AtOnce(len(sides.program.events), start, sides.program.parts)
+        shared = trial[sides.program.trial - 1 :] if sides.program.joined else np.zeros(1)
+        self.at_once = AtOnce(count, start, sides.program.parts, shared)
         self.times = sides.memory[sides.guards.times(sides.layout)].reshape(-1, 2)
         """When each event has acted last."""
 
@@ -84,9 +83,7 @@ class Resting:
 
     def length(self) -> float:
         """The length of the last step."""
-        now = float(self._sides.memory[self._sides.layout.at(Clock.STEP)])
-        self._shared[0] = self.at_once.length(now or float(self._shared[0]))
-        return float(self._shared[0])
+        return self.at_once.length(float(self._sides.memory[self._sides.layout.at(Clock.STEP)]))
 
     def noise(self) -> Array:
         """Up to which rates events' arguments are at rest."""
