@@ -64,6 +64,25 @@ events:
     assert abs(motion.ledger["p/y"]).max() < 1e-15
 
 
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_work_that_cancels_is_integrated_from_rest(precision: str) -> None:
+    """Two blocks that push each other do no work on each other, but for rounding errors, which grow with
+    their velocity: at rest, where they begin, there are none."""
+    speed = "(1.5*x_dot + 1.2*y_dot)/2.7"
+    text = f"""
+coordinates: {{x: {{initial: 0}}, y: {{initial: 0}}, z: {{initial: 0}}}}
+masses: {{a: 1.5, b: 1.2, c: 1}}
+positions: {{a: [x], b: [y], c: [z]}}
+potential: -2*x - 0.5*y
+events:
+  touch: {{when: y - x, direction: falling, action: {{set: {{x_dot: "{speed}", y_dot: "{speed}"}}}}}}
+  wall: {{when: z + 1 + t, direction: falling, action: {{set: {{z_dot: -z_dot/2 - 1.5}}}}}}
+"""
+    motion = solve(text, stop=0.2, samples=5, outputs=["q", "ledger"], precision=precision)
+    assert motion.q["x"] == pytest.approx(2.5 / 2.7 * motion.t**2 / 2, rel=1e-15)
+    assert abs(motion.ledger["h"]).max() < 1e-16
+
+
 @pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize("system", [*NAMES, *CONSTRAINED])
 def test_what_should_stay_stays(system: str) -> None:
