@@ -59,6 +59,8 @@ class Modes:
         settings = memory[self._layout.settings]
         self._at = settings.ctypes.data, constants.ctypes.data
         """Where parameters, modes and constants are."""
+        self.last_step = np.zeros(1)
+        """The length of the last step, from when steps begin anew."""
 
     def _views(self) -> list[Array]:
         """The parts of the memory on which series depend: coordinates and velocities, t, parameters, and all
@@ -94,8 +96,13 @@ class Modes:
         """The arguments of these are 0 now."""
         self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
 
+    def length(self) -> float:
+        """The length of the last step, also where others begin."""
+        return float(self.memory[self._layout.at(Clock.STEP)]) or float(self.last_step[0])
+
     def begin_steps(self) -> None:
         """Forget what steps before tell of the next one."""
+        self.last_step[0] = self.length()
         self.memory[[self._layout.at(one) for one in BEGINNING]] = 0.0
 
     def prepare(self) -> None:

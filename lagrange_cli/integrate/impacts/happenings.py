@@ -122,11 +122,13 @@ class Happenings:
 
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
-        return (*self._resting.at_once.state(), *map(float, sorted(self._resting.released)))
+        length = float(self._sides.settling.last_step[0])
+        return (*self._resting.at_once.state(), length, *map(float, sorted(self._resting.released)))
 
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
-        self._resting.released = {int(one) for one in self._resting.at_once.restore(state)}
+        self._sides.settling.last_step[0], *released = self._resting.at_once.restore(state)
+        self._resting.released = {*map(int, released)}
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""
@@ -246,7 +248,7 @@ class Happenings:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
-        length = self._resting.length()
+        length = sides.settling.length()
         side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_now()
         self._resting.noise()
         switches = sides.switches()
