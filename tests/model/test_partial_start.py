@@ -221,7 +221,7 @@ constraints:
 """
 
 
-@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.exhaustive(keep=0.15)
 def test_a_linkage_out_of_reach_is_refused_before_its_singular_end_is_approached_from_everywhere(monkeypatch):
     """The only consistent states have A at (2, 0), where both arms are folded, and slopes are dependent."""
     monkeypatch.setenv("LAGRANGE_LIMITS", "work=3000000")

@@ -151,7 +151,7 @@ dissipation: sum(limit*norm((p[i].vx, p[i].vy)) for i in range(N))
 
 
 @pytest.mark.exhaustive(keep=2)
-@pytest.mark.parametrize("count", [2, 3, 7, 12])
+@pytest.mark.parametrize("count", [2, 3, 7])
 @pytest.mark.parametrize(
     ("method", "tolerance"), [("taylor", 2.0**-52), ("ias15", 2.0**-52), ("DOP853", 1e-9)]
 )
@@ -167,6 +167,7 @@ def test_bodies_that_turn_round_at_the_same_time(method: str, tolerance: float, 
         assert np.max(np.abs(motion[f"q/{name}"].T - part * expected)) < BOUNDS[method, tolerance]
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_friction_reverses_while_another_body_begins_to_slide() -> None:
     """Three bodies on a line: the second one turns round 4 ms after the first."""
     masses, limits = (0.6407893801613523, 0.5425212147830094, 1.7536476558798046), (

@@ -1,11 +1,12 @@
 """What is drawn at random: which cases of exhaustive suites are run, how many examples hypothesis tries.
 
-``@pytest.mark.exhaustive(keep=4)`` marks a suite of too many cases for every day. Usually four of them are
-run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw. Where a
-case takes long, one is run now and then: with ``keep=0.5`` in half of the runs.
-``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and hypothesis tries more examples;
-with ``--times 2`` twice as many cases of each are run as usually, with the examples of every day, and two
-where usually none is run. A case that is named on the command line is always run.
+``@pytest.mark.exhaustive(keep=4)`` marks a suite of too many cases for every day. With ``-m exhaustive
+--times 1`` four of them are run, other ones each time; the last lines of the run give the seed, and
+``--seed`` repeats the draw. Where a case takes long, one is run now and then: with ``keep=0.5`` in half of
+these runs. With ``--times 2`` it is twice as many cases of each, and two where usually none is run; without
+options it is the part ``USUAL`` of them.
+``-m exhaustive`` alone runs all cases of all such suites (or ``most`` of them), and hypothesis tries more
+examples. A case that is named on the command line is always run.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ import pytest
 from hypothesis import settings
 
 MARKER = "exhaustive"
+USUAL = 0.6
+"""The part of ``keep`` that is run without options: README's line for the tests is to take minutes."""
 THOROUGH = 5
 """So many times as many examples are tried under ``-m exhaustive`` without ``--times``."""
 _thorough = False
@@ -37,7 +40,7 @@ def sampled(
     items: Sequence[pytest.Item], seed: int, everything: bool, times: float | None = None
 ) -> list[pytest.Item]:
     """The items without the cases of exhaustive suites that are not drawn: ``everything`` keeps them all, or
-    so many ``times`` as many as usual."""
+    so many ``times`` as many as each suite is to ``keep``."""
     suites: dict[str, list[pytest.Item]] = {}
     for item in items:
         if item.get_closest_marker(MARKER) is not None:
@@ -49,7 +52,7 @@ def sampled(
         chance = random.Random(f"{seed} {name}")
         keep = marker.kwargs.get("keep", 1)
         if not everything:
-            count = int(keep + chance.random())
+            count = int(keep * USUAL + chance.random())
         elif times is None:
             count = marker.kwargs.get("most", len(cases))
         else:

@@ -137,22 +137,29 @@ class Happenings:
             return None
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
-        numbers, *rates = records[:, [self._layout.at(one) for one in NOTES]].T
+        numbers = records[:, self._layout.at(NOTES[0])]
         for k in np.flatnonzero(numbers == AFTER) if self._matter else ():
             before, after = records[k - 1], records[k]
             passed = sample + int(before[self._layout.at(SAMPLE)])
             states = self._sides.state(before), self._sides.state(after)
             parameters = parameters_in(self._program, before), parameters_in(self._program, after)
             self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
-        crossed = numbers != AFTER
-        events = (numbers - self._sides.first).astype(np.int64)
+        records = records[numbers != AFTER]
+        events = self._events_of(records)
         if self._standstill.released:
             pairs = zip(events, records[:, self._layout.time])
-            crossed &= [not self._standstill.leaving(int(e), float(t)) for e, t in pairs]
-        if not crossed.any():
+            crossed = np.array([not self._standstill.leaving(int(e), float(t)) for e, t in pairs], dtype=bool)
+            records, events = records[crossed], events[crossed]
+        if not len(events):
             return None
-        self._resting.released.difference_update(events[crossed].tolist())
-        return self._crossed(records, np.flatnonzero(crossed), events[crossed], np.array(rates)[:, crossed])
+        self._resting.released.difference_update(events.tolist())
+        rates = [records[:, self._layout.at(one)] for one in NOTES[1:]]
+        return self._crossed(records, events, np.array(rates))
+
+    def _events_of(self, records: Array) -> NDArray[np.int64]:
+        """The numbers of the events that have been recorded."""
+        guards = records[:, self._layout.at(NOTES[0])]
+        return (guards - self._sides.first).astype(np.int64)
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Handle the guard that has changed its sign, before the sample of that number."""
@@ -195,7 +202,7 @@ class Happenings:
         sides, role = self._sides, self._guards[event + self._sides.first].role
         again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
         rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
-        ended = self._crossed(sides.memory[None, :], np.array([0]), np.array([event]), rates[:, None])
+        ended = self._crossed(sides.memory[None, :], np.array([event]), rates[:, None])
         self._resting.released.discard(event)
         if ended is not None or role is Role.RECORD:
             sides.flip(event)
@@ -215,19 +222,17 @@ class Happenings:
         rate = sides.act_now()[1][event, 1]
         return bool(sides.coefficients(event)[1] * sides.side(event) < -ROUNDING * rate)
 
-    def _crossed(
-        self, memories: Array, which: NDArray[np.intp], events: NDArray[np.int64], rates: Array
-    ) -> Finished | None:
-        """Hand over that events happened, with the state's memory then: ``which`` of some. The first
-        coefficients of their arguments' series were 0 and ``rates`` (3, k)."""
+    def _crossed(self, memories: Array, events: NDArray[np.int64], rates: Array) -> Finished | None:
+        """Hand over that events happened, with the state's memory then (k, memory). The first coefficients of
+        their arguments' series were 0 and ``rates`` (3, k)."""
         layout, program, sides = self._layout, self._program, self._sides
-        t, low, lengths = (
-            memories[which, layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW, Clock.LENGTH)
-        )
-        states = memories[which[:, None], sides.places]
+        t, low = (memories[:, layout.at(one)].copy() for one in (Clock.TIME, Clock.TIME_LOW))
+        lengths = memories[:, layout.at(Clock.LENGTH)]
+        states = memories.take(sides.places, axis=1)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            beyond = rates[0] ** 2 / (4.0 * np.abs(rates[1]))
-            along = np.abs(rates) * lengths ** np.array([[1.0], [2.0], [3.0]])  # what cancels along the step
+            beyond = rates[0] * rates[0] / (4.0 * np.abs(rates[1]))
+            square = lengths * lengths
+            along = np.abs(rates) * [lengths, square, square * lengths]  # what cancels along the step
         reached = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
         flat = ~(along[0] > FLAT * (along[1] + along[2])) | (beyond <= GRAZING * np.fmax(along[1], reached))
         grazing, errors = np.zeros(len(events), dtype=bool), np.zeros(len(events))

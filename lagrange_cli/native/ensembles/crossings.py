@@ -27,17 +27,8 @@ from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_rough
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.members import DIRECTION, PATIENCE, SECTION
 from lagrange_cli.native.state import LANES
-from lagrange_cli.native.stepping.polynomial import polynomial
-from lagrange_cli.native.stepping.roots import (
-    CONVERGED,
-    FINEST,
-    HUGE,
-    NOTHING,
-    SHORTENINGS,
-    SHORTER,
-    added_up,
-    shifted,
-)
+from lagrange_cli.native.stepping.polynomial import added_up, polynomial, shifted
+from lagrange_cli.native.stepping.roots import CONVERGED, FINEST, HUGE, NOTHING, SHORTENINGS, SHORTER
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import replace
 

@@ -160,13 +160,13 @@ class GuardSearch:
         reach = f.variable(Real(f, "%h"))
 
         def look(row: Pointer, start: Real, side: Real, fresh: Bit, j: Integer) -> None:
-            length, size = f.parts((Real, Real), "known", row, reach.get())
+            scratch = f.pointer("%scratch")
+            length, size = f.parts((Real, Real), "known", row, reach.get(), scratch)
             reach.set(length)
             u = f.load(row, self.lengths.term)
             clear = start + u * side + f.magnitude(u) > size * CLEARLY
             with f.when(fresh | ~clear):
-                given = row, reach.get(), start, side, fresh, f.pointer("%scratch")
-                found = f.call(Real, "first_root", *given)
+                found = f.call(Real, "first_root", scratch, reach.get(), start, side, fresh)
                 with f.when(found < earliest.get()):
                     earliest.set(found)
                     which.set(j)
@@ -326,8 +326,9 @@ class GuardSearch:
         with f.when(undecided):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             fresh = f.load(state, mark) > 0.0
-            known, _ = f.parts((Real, Real), "known", row, Real(f, "%h"))
-            side = f.call(Real, "side_of", row, known, fresh, f.pointer("%scratch"))
+            scratch = f.pointer("%scratch")
+            _, size = f.parts((Real, Real), "known", row, Real(f, "%h"), scratch)
+            side = f.call(Real, "side_of", scratch, size, fresh)
             f.store(side, state, mode)
             with f.when(f.load(row, self.lengths.term).equals(0.0)):
                 f.store(self._mark(f), state, mark)

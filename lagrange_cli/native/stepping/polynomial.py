@@ -1,12 +1,14 @@
-"""Sums of powers of a step: the state at its end and within it, and the accelerations at its end."""
+"""Sums of powers of a step: the state at its end and within it, and the accelerations at its end; and
+polynomials in memory."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Real
+from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
+from lagrange_cli.native.state import LANES
 
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
@@ -71,3 +73,62 @@ def careful_sum(f: Function, c: Sequence[Real], h: Real, chains: int = 1) -> tup
         return total, rest
     square = h * h
     return total, f.fused(polynomial(f, c[CAREFUL:], h, chains), square * square * h, rest)
+
+
+def powers_of(f: Function, s: Real) -> tuple[Real, Real]:
+    """The powers s^0 to s^7 in a vector, and s^8. (``s`` is finite.)"""
+    found, lanes, one = f.vector([1.0] * LANES), range(LANES), s
+    for bit in (1, 2, 4):
+        there = [float(bool(lane & bit)) for lane in lanes]
+        found = found * f.fused(f.splat(one, LANES), f.vector(there), f.vector([1.0 - x for x in there]))
+        one = one * one
+    return found, one
+
+
+def added(f: Function, vector: Real) -> Real:
+    """The sum of the lanes of a vector of ``LANES``, added in pairs."""
+    lanes = LANES // 2
+    while lanes > 1:
+        vector = f.shuffle(vector, range(lanes)) + f.shuffle(vector, range(lanes, 2 * lanes))
+        lanes //= 2
+    return f.lane(vector, 0) + f.lane(vector, 1)
+
+
+def bernstein(degree: int) -> Function:
+    """``@bernstein(p, b, a, w)``: the coefficients ``b`` of a polynomial ``p`` on [a, a + w]: how often they
+    change their sign, and the smallest one. (``@inverse_binomials`` is a table.)"""
+    given = "ptr noalias %p, ptr noalias %b, double %a, double %w"
+    f = Function(f"define internal {{ i64, double }} @bernstein({given}) #0")
+    a, w = f.reals("a", "w")
+    f.copy_rows(("%p", 0), ("%b", 0), degree + 1, 1)
+    with f.when(~a.equals(0.0)):
+        shifted(f, "%b", 0, degree, a)
+    power = f.variable(f.constant(1.0))
+    with f.loop(0, degree + 1, tested=False) as m:
+        f.store(f.load("%b", m) * power.get() * f.load("@inverse_binomials", m), "%b", m)
+        power.set(power.get() * w)
+    added_up(f, "%b", 0, degree)
+    least, changes = f.variable(f.load("%b")), f.variable(f.count(0))
+    before = f.variable(f.load("%b") < 0.0)
+    with f.loop(1, degree + 1, tested=False) as m:
+        one = f.load("%b", m)
+        negative = one < 0.0
+        changes.set(changes.get() + negative.compared("ne", before.get()).to_integer())
+        before.set(negative)
+        least.set(f.smaller(one, least.get()))
+    f.give(changes.get(), least.get())
+    return f
+
+
+def shifted(f: Function, base: Pointer | str, first: int, n: int, a: Real) -> None:
+    """Put p(a + x) in place of p(x), of degree n, whose coefficients are at ``base[first]`` and behind it."""
+    with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
+        i = f.count(n - 1 + first) - j
+        f.store(f.fused(f.load(base, i + 1), a, f.load(base, i)), base, i)
+
+
+def added_up(f: Function, base: Pointer | str, first: int, n: int) -> None:
+    """The same in Bernstein's form, from its coefficients divided by binomial ones."""
+    with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
+        i = f.count(n + first) - j
+        f.store(f.load(base, i) + f.load(base, i - 1), base, i)

@@ -9,11 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import reduce
+from operator import add
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
+from lagrange_cli.native.state import LANES, vectors_of
+from lagrange_cli.native.stepping.polynomial import added, bernstein, powers_of
 from lagrange_cli.records import dataclass
 
 NOTHING = 2.0**-50
@@ -27,10 +31,11 @@ CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
 examined, so much less, so often."""
 HUGE = 2.0**1000
 """No power of a step is larger: what it is multiplied with may be 0."""
-ITERATIONS, CLOSE = 200, 2.0**-52
-"""Improvements of a root at most; it is found when one changes it by no more than this part of it."""
-GLANCE, ROUNDED = 8, 2.0**-44
-"""The degree up to which a polynomial is looked at first, and how much of it may be rounding."""
+ITERATIONS, CLOSE = 200, 2.0**-28
+"""Improvements of a root at most; when one changes it by no more than this part of it, the next is the last
+one, as each doubles the number of its digits."""
+ROUNDED = 2.0**-44
+"""How much of a polynomial's first coefficients may be rounding."""
 NEARLY = 2.0**-10
 """A root is corrected by no more than this part of it."""
 NONE, BACK = float("inf"), -1.0
@@ -44,12 +49,13 @@ def points_of(degree: int) -> list[float]:
 
 @dataclass(frozen=True)
 class Roots:
-    """``@first_root(row, h, start, side, fresh, scratch)``: the time in a step of ``h`` when ``start`` +
-    ``side`` u stops being positive; ``NONE`` or ``BACK``.
+    """``@first_root(d, h, start, side, fresh)``: the time in a step of ``h`` when ``start`` + ``side`` u
+    stops being positive; ``NONE`` or ``BACK``.
 
-    The ``row`` is the series of the quadrature of u: its coefficients, up to ``order``, are ``term`` doubles
-    apart. If it is ``fresh``, the sum is 0 where the step begins: then this root does not count, and the next
-    coefficient tells the side to which the motion goes. There are ``room`` doubles of ``scratch``."""
+    ``d`` has the terms of u that ``@known`` puts there, and room behind them (``room`` doubles in all). The
+    coefficients of the quadrature of u, up to ``order``, are ``term`` doubles apart. If it is ``fresh``, the
+    sum is 0 where the step begins: then this root does not count, and the next coefficient tells the side to
+    which the motion goes."""
 
     order: int
     term: int
@@ -61,58 +67,79 @@ class Roots:
         """The degree of the argument's polynomial."""
         return self.order - 2
 
+    @property
+    def vectors(self) -> int:
+        """Vectors of its coefficients."""
+        return vectors_of(self.degree + 1)
+
+    @property
+    def room(self) -> int:
+        """Doubles that a search takes: coefficients, as many zeros, and those in Bernstein's form."""
+        return 2 * LANES * self.vectors + self.degree + 1
+
     def text(self) -> str:
         """Its IR."""
         inverse = [1.0 / math.comb(self.degree, m) for m in range(self.degree + 1)]
-        own = self._value(), self._bernstein(), self._known(), self._first_root()
+        own = self._value(), bernstein(self.degree), self._known(), self._first_root()
         return table("inverse_binomials", inverse, "double") + "".join(f.text() for f in own)
 
     def _each(self, f: Function, body: Callable[[Integer], None], first: Index = 0) -> None:
         with f.loop(first, self.degree + 1, tested=not isinstance(first, int)) as m:
             body(m)
 
+    def _loaded(self, f: Function, p: Pointer) -> list[Real]:
+        """The coefficients at ``p``, in vectors."""
+        return [f.load_row(p, LANES * k, LANES) for k in range(self.vectors)]
+
     def _value(self) -> Function:
         """``@value_at(p, s)``: the polynomial ``p`` at ``s``."""
         f = Function("define internal double @value_at(ptr noalias %p, double %s) #0")
-        total = f.load("%p", self.degree)
-        for m in reversed(range(self.degree)):
-            total = f.fused(total, Real(f, "%s"), f.load("%p", m))
-        f.give(total)
+        powers, whole = powers_of(f, Real(f, "%s"))
+        *lower, total = self._loaded(f, f.pointer("%p"))
+        for one in reversed(lower):
+            total = f.fused(total, f.splat(whole, LANES), one)
+        f.give(added(f, total * powers))
         return f
 
     def _known(self) -> Function:
-        """``@known(row, h)``: the part of a step of ``h`` in which the series of an argument, whose
+        """``@known(row, h, d)``: the part of a step of ``h`` in which the series of an argument, whose
         quadrature the ``row`` is, has converged. It may do so more slowly than the motion's. And the sum of
-        the sizes of its terms there, infinite if that is not known."""
-        f = Function("define internal { double, double } @known(ptr noalias %row, double %h) #0")
+        the sizes of its terms there, which are put to ``d``."""
+        given = "ptr noalias %row, double %h, ptr noalias %d"
+        f = Function(f"define internal {{ double, double }} @known({given}) #0")
+        h, d = Real(f, "%h"), f.pointer("%d")
         if self.interpolated:
-            f.give(Real(f, "%h"), f.constant(math.inf))
+            f.give(h, added(f, reduce(add, self._put_terms(f, h, d))))
             return f
-        length, size = f.variable(Real(f, "%h")), f.variable(f.constant(math.inf))
-        with f.section() as shorter, f.loop(0, SHORTENINGS, tested=False):
-            power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
-            last, before, shown = (f.variable(f.constant(0.0)) for _ in range(3))
-
-            def add(m: Integer) -> None:
-                one = f.magnitude(f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get())
-                before.set(last.get())
-                last.set(one)
-                counts = (one > 0.0) & (m >= (self.degree + 1) // 2)
-                shown.set(f.select(counts, one, shown.get()))
-                total.set(total.get() + one)
-                power.set(f.smaller(power.get() * length.get(), f.constant(HUGE)))
-
-            self._each(f, add)
-            # The last terms may be 0 since only some orders are there, as in a function of t^4.
-            least, tail = total.get() * CONVERGED, f.larger(last.get(), before.get())
-            tail = f.select(tail > 0.0, tail, shown.get())
-            with f.when(~(tail > least)):
-                size.set(total.get())
-                shorter.leave()
-            factor = exp2_roughly(log2_roughly(least / tail) * (1.0 / (self.degree - 1)))
+        length, total = f.variable(h), f.variable(f.constant(0.0))
+        with f.section() as found, f.loop(0, SHORTENINGS + 1, tested=False) as i:
+            sizes = self._put_terms(f, length.get(), d)
+            total.set(added(f, reduce(add, sizes)))
+            last, before = (f.lane(sizes[m // LANES], m % LANES) for m in (self.degree, self.degree - 1))
+            tail = f.variable(f.larger(last, before))
+            with f.when(~(tail.get() > 0.0)):  # only some orders may be there, as in a function of t^4
+                half = (self.degree + 1) // 2
+                self._each(f, lambda m: set_if_positive(tail, f.magnitude(f.load(d, m))), half)
+            least = total.get() * CONVERGED
+            with f.when(~(tail.get() > least) | i.equals(SHORTENINGS)):
+                found.leave()
+            factor = exp2_roughly(log2_roughly(least / tail.get()) * (1.0 / (self.degree - 1)))
             length.set(length.get() * f.smaller(factor, f.constant(SHORTER)))
-        f.give(length.get(), size.get())
+        f.give(length.get(), total.get())
         return f
+
+    def _put_terms(self, f: Function, h: Real, d: Pointer) -> list[Real]:
+        """Put the terms of the argument over a step of ``h`` to ``d``; their sizes, in vectors."""
+        powers, whole = powers_of(f, f.smaller(h, f.constant(HUGE)))
+        factor, found = f.splat(f.smaller(whole, f.constant(HUGE)), LANES), list[Real]()
+        for k in range(self.vectors):
+            orders = [LANES * k + lane + 1 for lane in range(LANES)]
+            given = [f.load("%row", m * self.term) if m < self.order else f.constant(0.0) for m in orders]
+            terms = f.joined(given) * f.vector([float(m) for m in orders]) * powers
+            powers = f.smaller(powers * factor, f.splat(f.constant(HUGE), LANES))
+            f.store_row(terms, d, LANES * k)
+            found.append(f.magnitude(terms))
+        return found
 
     def apart(self, f: Function, row: Pointer, h: Real, side: Real) -> Bit:
         """Of which arguments, whose rows from ``row`` on are side by side, ``@known`` would give all of a
@@ -141,46 +168,16 @@ class Roots:
         tail = f.select(tail > 0.0, tail, shown.get())
         return apart & ~(tail > total.get() * CONVERGED)
 
-    def _bernstein(self) -> Function:
-        """``@bernstein(p, b, a, w)``: the coefficients ``b`` of ``p`` on [a, a + w]: how often they change
-        their sign, and the smallest one."""
-        given = "ptr noalias %p, ptr noalias %b, double %a, double %w"
-        f = Function(f"define internal {{ i64, double }} @bernstein({given}) #0")
-        a, w, n = Real(f, "%a"), Real(f, "%w"), self.degree
-        self._each(f, lambda m: f.store(f.load("%p", m), "%b", m))
-        with f.when(~a.equals(0.0)):
-            shifted(f, "%b", 0, n, a)
-        power = f.variable(f.constant(1.0))
-
-        def scale(m: Integer) -> None:
-            f.store(f.load("%b", m) * power.get() * f.load("@inverse_binomials", m), "%b", m)
-            power.set(power.get() * w)
-
-        self._each(f, scale)
-        added_up(f, "%b", 0, n)
-        least, changes = f.variable(f.load("%b")), f.variable(f.count(0))
-        before = f.variable(f.load("%b") < 0.0)
-
-        def look(m: Integer) -> None:
-            one = f.load("%b", m)
-            negative = one < 0.0
-            changes.set(changes.get() + negative.compared("ne", before.get()).to_integer())
-            before.set(negative)
-            least.set(f.smaller(one, least.get()))
-
-        self._each(f, look)
-        f.give(changes.get(), least.get())
-        return f
-
     def _first_root(self) -> Function:
-        given = "ptr noalias %row, double %h, double %start, double %side, i1 %fresh, ptr noalias %scratch"
+        given = "ptr noalias %d, double %h, double %start, double %side, i1 %fresh"
         f = Function(f"define internal double @first_root({given}) #0")
         h, fresh, none = Real(f, "%h"), Bit(f, "%fresh"), f.constant(NONE)
-        d, size = f.pointer("%scratch"), self.degree + 1
-        p, b = f.place(d, size), f.place(d, 2 * size)
-        total = self._scaled(f, d, h, Real(f, "%start"), Real(f, "%side"))
+        d = f.pointer("%d")
+        total = self._turned(f, d, Real(f, "%start"), Real(f, "%side"))
         first = f.variable(f.count(0))
         with f.when(fresh):
+            for k in range(self.vectors):
+                f.store_row(f.zero(LANES), d, LANES * (self.vectors + k))
             self._counting(f, d, total, first, none)
             if self.interpolated:
                 self._begin_at_first_point(f, d, first, none)
@@ -189,29 +186,19 @@ class Roots:
             f.give(f.select(fresh, f.constant(BACK), f.constant(0.0)))
         with f.when(begins + begins > total):
             f.give(none)
-        self._each(f, lambda m: f.store(f.constant(0.0), p, m))
-        self._each(f, lambda m: f.store(f.load(d, m), p, m - first.get()), first.get())
+        p = f.place(d, first.get())
         with f.when(total < math.inf), f.when(self._stays_positive(f, p, total)):
             f.give(none)
-        self._search(f, p, b, d, h)
+        self._search(f, p, d, h)
         return f
 
-    def _scaled(self, f: Function, d: Pointer, h: Real, start: Real, side: Real) -> Real:
-        """Put the coefficients of ``start`` + ``side`` u, with the step as unit of time, to ``d``; the sum of
-        their sizes."""
-        power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
-        begin = f.variable(start)
-
-        def scale(m: Integer) -> None:
-            signed = power.get() * side
-            one = begin.get() + f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * signed
-            begin.set(f.constant(0.0))
-            f.store(one, d, m)
-            total.set(total.get() + f.magnitude(one))
-            power.set(f.smaller(power.get() * h, f.constant(HUGE)))
-
-        self._each(f, scale)
-        return total.get()
+    def _turned(self, f: Function, d: Pointer, start: Real, side: Real) -> Real:
+        """Put ``start`` + ``side`` u in place of u; the sum of the sizes of its terms."""
+        terms = [one * f.splat(side, LANES) for one in self._loaded(f, d)]
+        terms[0] = terms[0] + f.joined([start, *[f.constant(0.0)] * (LANES - 1)])
+        for k, one in enumerate(terms):
+            f.store_row(one, d, LANES * k)
+        return added(f, reduce(add, map(f.magnitude, terms)))
 
     def _counting(self, f: Function, d: Pointer, total: Real, first: Variable[Integer], none: Real) -> None:
         """Set ``first`` to the next coefficient that is not rounding; give ``none`` if all are."""
@@ -235,36 +222,37 @@ class Roots:
                 f.give(none)
 
     def side(self) -> Function:
-        """``@side_of(row, h, fresh, scratch)``: the sign of u from here on, which is 0 now if it is
-        ``fresh``."""
-        f = Function("define internal double @side_of(ptr %row, double %h, i1 %fresh, ptr %scratch) #0")
-        d, zero, one = f.pointer("%scratch"), f.constant(0.0), f.constant(1.0)
-        total = self._scaled(f, d, Real(f, "%h"), zero, one)
+        """``@side_of(d, total, fresh)``: the sign of u from here on, which is 0 now if it is ``fresh``; its
+        terms are at ``d``, the sum of their sizes is ``total``."""
+        f = Function("define internal double @side_of(ptr %d, double %total, i1 %fresh) #0")
+        d, one = f.pointer("%d"), f.constant(1.0)
         first = f.variable(f.count(0))
         with f.when(Bit(f, "%fresh") | f.load(d).equals(0.0)):
-            self._counting(f, d, total, first, one)
+            self._counting(f, d, Real(f, "%total"), first, one)
         f.give(f.select(f.load(d, first.get()) < 0.0, -one, one))
         return f
 
     def _stays_positive(self, f: Function, p: Pointer, total: Real) -> Bit:
         """Whether ``p``, the sizes of whose coefficients are ``total``, is seen to be positive in [0, 1] by
-        its first coefficients: in Bernstein's form these, up to ``GLANCE``, are more than all others. That
+        its first coefficients: in Bernstein's form these, up to ``LANES``, are more than all others. That
         takes a fiftieth of the time of the whole form."""
-        most = min(GLANCE, self.degree)
-        form = f.zero(GLANCE)
+        most = min(LANES, self.degree)
+        form = f.zero(LANES)
         for m in range(most + 1):
             column = [math.comb(j, m) / math.comb(most, m) for j in range(most + 1)]
-            last = [column[-1]] * (GLANCE - most)
-            form = f.fused(f.splat(f.load(p, m), GLANCE), f.vector([*column[1:], *last]), form)
-        rest = f.variable(total * ROUNDED)
+            last = [column[-1]] * (LANES - most)
+            form = f.fused(f.splat(f.load(p, m), LANES), f.vector([*column[1:], *last]), form)
+        rest = total * ROUNDED
         if self.degree > most:
-            self._each(f, lambda m: rest.set(rest.get() + f.magnitude(f.load(p, m))), most + 1)
-        return f.smaller(f.reduce("fmin", form), f.load(p)) > rest.get()
+            _, behind, *others = map(f.magnitude, self._loaded(f, p))
+            behind = behind * f.vector([0.0, *[1.0] * (LANES - 1)])
+            rest = rest + added(f, reduce(add, others, behind))
+        return f.smaller(f.reduce("fmin", form), f.load(p)) > rest
 
-    def _search(self, f: Function, p: Pointer, b: Pointer, whole: Pointer, h: Real) -> None:
+    def _search(self, f: Function, p: Pointer, whole: Pointer, h: Real) -> None:
         """Give the first root of ``p`` in [0, 1], times ``h``; corrected by what ``whole``, a power of s
         times ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
-        one = f.constant(1.0)
+        one, b = f.constant(1.0), f.place(whole, 2 * LANES * self.vectors)
         a, w = f.variable(f.constant(0.0)), f.variable(one)
         with f.forever() as pieces:
             changes, least = f.parts((Integer, Real), "bernstein", p, b, a.get(), w.get())
@@ -279,9 +267,12 @@ class Roots:
 
             with f.when(~(least < 0.0)):
                 pass_by()
-            ends_below = f.call(Real, "value_at", p, end) < 0.0
-            with f.when((changes.equals(1) & ends_below) | ((w.get() <= FINEST) & ends_below)):
-                root = self._refined(f, p, a.get(), end)
+            there = f.call(Real, "value_at", p, end)
+            with f.when((there < 0.0) & (changes.equals(1) | (w.get() <= FINEST))):
+                begins = f.load(b)
+                along = begins / (begins - there)
+                guess = a.get() + w.get() * f.select((along > 0.0) & (along < 1.0), along, f.constant(0.5))
+                root = self._refined(f, p, (a.get(), guess, end))
                 value, slope = self._both(f, whole, root)
                 near = f.magnitude(value) <= f.magnitude(slope) * root * NEARLY
                 f.give(f.larger(f.select(near, root - value / slope, root), f.constant(0.0)) * h)
@@ -290,10 +281,10 @@ class Roots:
             w.set(w.get() * 0.5)
             pieces.go_on()
 
-    def _refined(self, f: Function, p: Pointer, start: Real, end: Real) -> Real:
-        """The one root in an interval at whose end ``p`` is negative: by Newton's method, or by halving where
-        that leads out of it."""
-        low, high, x = f.variable(start), f.variable(end), f.variable((start + end) * 0.5)
+    def _refined(self, f: Function, p: Pointer, given: tuple[Real, Real, Real]) -> Real:
+        """The one root in an interval at whose end ``p`` is negative, from a guess within it: by Newton's
+        method, or by halving where that leads out of it. A further step of it follows (``_search``)."""
+        low, x, high = map(f.variable, given)
         with f.section() as found, f.loop(0, ITERATIONS, tested=False):
             at = x.get()
             value, slope = self._both(f, p, at)
@@ -309,24 +300,18 @@ class Roots:
         return f.larger(x.get(), f.constant(0.0))
 
     def _both(self, f: Function, p: Pointer, s: Real) -> tuple[Real, Real]:
-        """``p`` and its derivative at ``s``."""
-        total = f.variable(f.load(p, self.degree))
-        slope = f.variable(f.constant(0.0))
-        with f.loop(1, self.degree + 1, tested=False) as m:
-            slope.set(f.fused(slope.get(), s, total.get()))
-            total.set(f.fused(total.get(), s, f.load(p, f.count(self.degree) - m)))
-        return total.get(), slope.get()
+        """``p`` and its derivative at ``s``: sum_j s^j q_j(s^8), where q_j has every eighth coefficient."""
+        powers, whole = powers_of(f, s)
+        *lower, total = self._loaded(f, p)
+        slope, factor = f.zero(LANES), f.splat(whole, LANES)
+        for one in reversed(lower):
+            slope = f.fused(slope, factor, total)
+            total = f.fused(total, factor, one)
+        before = f.shuffle(powers, [0, *range(LANES - 1)]) * f.vector([float(m) for m in range(LANES)])
+        inner = added(f, slope * powers) * f.lane(powers, LANES - 1) * float(LANES)
+        return added(f, total * powers), added(f, total * before) + inner
 
 
-def shifted(f: Function, base: Pointer | str, first: int, n: int, a: Real) -> None:
-    """Put p(a + x) in place of p(x), of degree n, whose coefficients are at ``base[first]`` and behind it."""
-    with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
-        i = f.count(n - 1 + first) - j
-        f.store(f.fused(f.load(base, i + 1), a, f.load(base, i)), base, i)
-
-
-def added_up(f: Function, base: Pointer | str, first: int, n: int) -> None:
-    """The same in Bernstein's form, from its coefficients divided by binomial ones."""
-    with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
-        i = f.count(n + first) - j
-        f.store(f.load(base, i) + f.load(base, i - 1), base, i)
+def set_if_positive(variable: Variable[Real], value: Real) -> None:
+    """Set a variable where the value is positive."""
+    variable.set(value.body.select(value > 0.0, value, variable.get()))

@@ -8,10 +8,13 @@ terms), whichever is largest, so that units and mixed scales do not matter.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from decimal import Context, Decimal
 from functools import reduce
 
 from lagrange_cli.native.interface import STEPPING
+from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly, upper_half
 from lagrange_cli.native.llvm.text import constant
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -40,6 +43,8 @@ LARGEST_GUESS = 1e60
 LEAP = 4.0
 """A step that is so many times as long as the previous one is a cautious one."""
 ENDLESS = float("inf")
+CLEARLY, DENORMAL = 0.06, 2.0**-1020
+"""Logarithms of roots differ by more than rough ones may be wrong; those of smaller numbers are not known."""
 DIGITS = Context(prec=40)
 """Python's own decimals: their powers are the same everywhere, unlike the C library's."""
 ARGUMENTS = "ptr noalias %state, ptr noalias %work"
@@ -167,7 +172,7 @@ class StepSize:
         lengths = self.lengths
         f = self.function(f"define internal REAL @cautious_step({ARGUMENTS}, REAL %h) #0")
         h, endless = lengths.wide(f, Real(f, "%h")), f.constant(ENDLESS)
-        least = f.variable(endless)
+        least, logarithm = f.variable(endless), f.variable(f.constant(ENDLESS))
         with f.loop(LOWEST_TERM, lengths.top + 1, tested=False) as m:
             ratio = f.variable(lengths.wide(f, endless))
             with lengths.velocities(f) as row:
@@ -177,10 +182,23 @@ class StepSize:
                 if lengths.apart or lengths.floor:  # what is so small yet that the ratio underflows
                     counts = counts & (size / one > 0.0)
                 ratio.set(f.smaller(ratio.get(), f.select(counts, size / one, lengths.wide(f, endless))))
-            bound = self.root(f, lengths.gather(f, "fmin", ratio.get()), m.to_real())
-            least.set(f.smaller(least.get(), bound))
+            found = lengths.gather(f, "fmin", ratio.get())
+            with self.perhaps_least(f, found, m, logarithm):
+                least.set(f.smaller(least.get(), self.root(f, found, m.to_real())))
         f.give(least.get() * self.safety)
         return f
+
+    @contextmanager
+    def perhaps_least(self, f: Function, x: Real, m: Integer, least: Variable[Real]) -> Iterator[None]:
+        """What is done where x^(1/m) may be less than others, the logarithm of the least of which is known
+        roughly: to compute a root takes longer."""
+        if self.lengths.motions > 1:
+            yield
+            return
+        found = log2_roughly(x) / m.to_real()
+        with f.when(~(found > least.get() + CLEARLY) | (x < DENORMAL)):
+            least.set(f.smaller(found, least.get()))
+            yield
 
     def shortened_step(self) -> Function:
         """``@shortened_step(state, work, h)``: where the higher coefficients overflow close to a singularity,

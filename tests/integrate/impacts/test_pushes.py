@@ -58,6 +58,7 @@ def test_rates_are_those_of_series(
     assert len(differences) > 4 and max(differences) < 1e-13
 
 
+@pytest.mark.exhaustive(keep=0.4)
 def test_no_series_are_computed_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many as are computed of velocities, if they had to come from series."""
     counts: list[int] = []

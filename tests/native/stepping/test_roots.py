@@ -10,28 +10,41 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from lagrange_cli.native.compilation.llvm import compile_text
-from lagrange_cli.native.compilation.machine import load
+from lagrange_cli.native.compilation.machine import LoadedCode, load
 from lagrange_cli.native.stepping.roots import BACK, Roots
 
 ORDER = 29
+
+
+class Known(ctypes.Structure):
+    """What ``@known`` gives."""
+
+    _fields_ = (("length", ctypes.c_double), ("size", ctypes.c_double))
+
+
 First = Callable[[Polynomial, float, float, bool], float]
+
+
+def compiled(roots: Roots, head: str) -> LoadedCode:
+    """Its functions, of which one may be called from here."""
+    return load(compile_text(roots.text().replace(f"define internal {head}", f"define {head}"), 1))
 
 
 @pytest.fixture(scope="module")
 def first_root() -> First:
     """``@first_root`` for a polynomial, compiled."""
     roots = Roots(ORDER, 1)
-    text = roots.text().replace("define internal double @first_root", "define double @first_root")
-    code = load(compile_text(text, 1))
     pointer, real = ctypes.c_void_p, ctypes.c_double
-    kinds = (pointer, real, real, real, ctypes.c_bool, pointer)
+    kinds = pointer, real, real, real, ctypes.c_bool
+    code = compiled(roots, "double @first_root")
     call = ctypes.CFUNCTYPE(real, *kinds)(code.address("first_root"))
 
     def first(u: Polynomial, h: float, side: float, fresh: bool) -> float:
         assert code is not None
-        row, scratch = np.zeros(ORDER + 1), np.zeros(3 * (roots.degree + 1))
-        row[1 : len(u.coef) + 1] = u.coef / np.arange(1, len(u.coef) + 1)
-        return float(call(row.ctypes.data, h, 0.0, side, fresh, scratch.ctypes.data))
+        scratch = np.full(roots.room, np.nan)
+        scratch[: 8 * roots.vectors] = 0.0
+        scratch[: len(u.coef)] = u.coef * h ** np.arange(len(u.coef))
+        return float(call(scratch.ctypes.data, h, 0.0, side, fresh))
 
     return first
 
@@ -67,3 +80,23 @@ def test_the_root_at_which_a_step_begins_does_not_count(first_root, start):
     assert first_root(u, 1.0, 1.0, True) == pytest.approx(0.5, rel=1e-14)
     assert first_root(u, 1.0, -1.0, True) == BACK
     assert first_root(Polynomial([start, 0.0, 3.0]), 1.0, 1.0, True) == np.inf
+
+
+@pytest.mark.parametrize("term", [1, 4])
+@pytest.mark.parametrize(("order", "radius"), [(29, 0.5), (29, 8.0), (12, 0.8), (47, 0.7)])
+def test_terms_are_known_as_far_as_the_series_has_converged(order, radius, term):
+    """That of 1/(1 - t/R): its last terms are 2^-50 of the sum there."""
+    roots = Roots(order, term)
+    code = compiled(roots, "{ double, double } @known")
+    put = ctypes.CFUNCTYPE(Known, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p)(code.address("known"))
+    m = np.arange(order - 1)
+    row, terms = np.full((order + 1, term), np.nan), np.full(roots.room, np.nan)
+    row[1:order, 0] = radius**-m / (m + 1.0)
+    known = put(row.ctypes.data, 1.0, terms.ctypes.data)
+    t = known.length
+    converged = min(1.0, radius * 2.0 ** (-50 / (order - 3)))
+    assert 0.8 * converged < t <= converged * 1.1
+    assert terms[: order - 1] == pytest.approx((t / radius) ** m, rel=1e-14)
+    assert not terms[order - 1 : 8 * roots.vectors].any()
+    assert known.size == pytest.approx(terms[: order - 1].sum(), rel=1e-14)
+    assert terms[order - 3] <= 2.0**-50 * known.size
