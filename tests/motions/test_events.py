@@ -40,6 +40,15 @@ events:
 """
 G = 9.81
 
+FALLING = """
+coordinates: {x: {initial: 1}, y: {initial: 0.5}}
+masses: {p: 1, q: 1}
+positions: {p: x, q: y}
+potential: x**2/2 + 9.81*y
+events:
+"""
+KICK = "{{when: {0}, direction: falling, action: {{set: {{x_dot: x_dot + 0.01}}}}}}"
+
 
 @pytest.fixture
 def source(request) -> random.Random:
@@ -284,6 +293,23 @@ events: {turns: """
         times = noted.events["turns/t"]
         assert list(acted.events["turns/t"]) == pytest.approx(times, abs=1e-12), drawn
         assert acted.v["n"][-1] == len(times)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize("also", ["{0}", "{{when: 2*({0}), direction: falling}}", KICK])
+@pytest.mark.parametrize("floor", ["y", "y - 0.1*x", "y + 0.3*sin(t)"])
+def test_events_with_the_same_zero_all_happen(floor, also, method):
+    """Those after a bounce, too, which makes their argument turn: in whatever order they are written."""
+    events = [
+        f"  bounce: {{when: {floor}, direction: falling, action: {{set: {{y_dot: -0.9*y_dot}}}}}}\n",
+        f"  other: {also.format(floor)}\n",
+    ]
+    for one, two in (events, reversed(events)):
+        motion = solve(FALLING + one + two, stop=1.5, samples=2, method=method)
+        times = motion.events["bounce/t"]
+        assert len(times) > 1
+        assert list(motion.events["other/t"]) == pytest.approx(times, abs=1e-12)
 
 
 @pytest.mark.exhaustive(keep=0.25)

@@ -189,7 +189,11 @@ class Happenings:
         if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
-        ended = self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        others = sides.together(event) if event in sides.sets else []  # before the action changes their way
+        for one in [*(e for e in others if e not in self._resting.impacts), event]:
+            ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample)
+            if ended is not None:
+                return ended
         for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
             other = self._resting.due()
             if ended is not None or other is None:
