@@ -210,8 +210,16 @@ MUTATIONS = {
         ("tests/integrate/impacts/test_in_compiled_code.py",),
     ),
     "the rest of a polynomial that is looked at": Mutation(
-        "native/stepping/roots.py", "f.load(p)) > rest.get()", "f.load(p)) > rest.get() * -1e9",
+        "native/stepping/roots.py", "f.load(p)) > rest", "f.load(p)) > rest * -1e9",
         ("tests/motions/test_events.py",),
+    ),
+    "a power in the derivative of a polynomial": Mutation(
+        "native/stepping/roots.py", "f.lane(powers, LANES - 1)", "f.lane(powers, LANES - 2)",
+        ("tests/native/stepping/test_roots.py::test_no_root_is_missed[3]",),
+    ),
+    "which roots bound a cautious step": Mutation(
+        "native/stepping/step_size.py", "CLEARLY, DENORMAL = 0.06,", "CLEARLY, DENORMAL = -0.06,",
+        ("tests/native/stepping/test_step_size.py",),
     ),
     "a limit without effect": Mutation(
         "limits.py", "if self.spent > self.most:", "if False:",

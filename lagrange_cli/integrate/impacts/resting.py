@@ -127,7 +127,10 @@ class Resting:
     def together(self) -> None:
         """Let bodies rest on each other that touch without speed."""
         for _ in range(2):  # what others hold may lead back
-            noise, unseen = self.noise(), self._unseen()
+            noise = self.noise()
+            if not self._touching.any:
+                break
+            unseen = self._unseen()
             largest = float(np.max(unseen[self._touching.now()], initial=0.0))
             before = self._sides.modes.copy()
             self._touching.rest(np.fmax(noise, unseen), self.at_once.same, largest)

@@ -108,6 +108,11 @@ class Touching:
         found[which] = due
         return found
 
+    @property
+    def any(self) -> bool:
+        """Whether any bodies touch, or are held by one another."""
+        return bool(self._at_zero().any() or self._settling.modes[self._rests].any())
+
     def now(self) -> NDArray[np.intp]:
         """The contacts' events whose arguments are 0 but for rounding."""
         found: NDArray[np.intp] = self._events[self._at_zero()]
