@@ -209,6 +209,15 @@ MUTATIONS = {
         "native/events.py", "rates_of(model, [event]), after)", "rates_of(model, [event]), {})",
         ("tests/integrate/impacts/test_in_compiled_code.py",),
     ),
+    "the force that would hold a motion": Mutation(
+        "native/stepping/passing.py", "(f.magnitude(force) > most * EXCEEDS)",
+        "(f.magnitude(force) > most * 0.0)",
+        ("tests/integrate/guards/test_passing.py",),
+    ),
+    "sides of switches after an action": Mutation(
+        "native/events.py", "(i in rests and not switched & bits)", "i in rests",
+        ("tests/integrate/impacts/test_in_compiled_code.py",),
+    ),
     "the rest of a polynomial that is looked at": Mutation(
         "native/stepping/roots.py", "f.load(p)) > rest", "f.load(p)) > rest * -1e9",
         ("tests/motions/test_events.py",),

@@ -20,6 +20,7 @@ SUITES = {
     "lattices": "chains of up to 100,000 beads, lattices of up to 300 x 300",
     "choice": "whether --method auto chooses the fastest method, for 150 motions",
     "impacts": "an oscillator that hits a wall, integration alone",
+    "switches": "an oscillator with dry friction, integration alone",
     "gas": "hard discs in a box as a whole command, with empty caches",
     "stiff": "stiff motions by implicit methods, integration alone",
     "constraints": "constraints: run time against error, and chains",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from statistics import median
@@ -38,12 +38,13 @@ events: {{wall: {{when: x, direction: rising, action: {{set: {{x_dot: -e*x_dot}}
 """
 Follow = Callable[[], tuple[float, int]]
 """x at the end, and how often the wall was hit."""
+Engines = Mapping[str, Callable[[float], Follow]]
 
 
 @dataclass(frozen=True)
 class Figures:
-    """What an engine takes: processor seconds until it is ready, and for an impact, the median; how often the
-    wall was hit; and x at the end."""
+    """What an engine takes: processor seconds until it is ready, and for an impact, or what else happens, the
+    median; how often that did; and x at the end."""
 
     prepare: float
     impact: float
@@ -51,8 +52,8 @@ class Figures:
     end: float
 
 
-def lagrange(stop: float) -> Follow:
-    """This project, with a sample at each end."""
+def lagrange(stop: float, text: str = TEXT, event: str = "wall") -> Follow:
+    """This project, with a sample at each end, for a system with an event that is counted."""
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.precision import FULL_PRECISION
     from lagrange_cli.integrate.prepare import prepare_system
@@ -62,7 +63,7 @@ def lagrange(stop: float) -> Follow:
     from lagrange_cli.spec.read import read_spec
     from lagrange_cli.spec.values import resolve_values
 
-    spec = read_spec(TEXT, "oscillator")
+    spec = read_spec(text, "oscillator")
     compilation = Compilation("taylor", FULL_PRECISION, frozenset({"q", "v"}))
     prepared = prepare_system(spec, partial(derive_system, resting=True), None, compilation)
     values = resolve_values(spec, {})
@@ -76,7 +77,7 @@ def lagrange(stop: float) -> Follow:
             lambda chunk: ends.extend(chunk["q/x"]),
             lambda: False,
         )
-        return float(ends[-1]), outcome.happened["wall"].count
+        return float(ends[-1]), outcome.happened[event].count
 
     return follow
 
@@ -133,14 +134,14 @@ def scipy(stop: float) -> Follow:
     return follow
 
 
-ENGINES = {LAGRANGE: lagrange, HEYOKA: heyoka, SCIPY: scipy}
+ENGINES: Engines = {LAGRANGE: lagrange, HEYOKA: heyoka, SCIPY: scipy}
 
 
-def figures(name: str, stop: float, long: float, runs: int) -> Figures:
+def figures(engine: Callable[[float], Follow], stop: float, long: float, runs: int) -> Figures:
     """Those of an engine, with the end at ``stop``, and the time of motions as ``long`` as that."""
-    _, ready, follow = timed_by_both(lambda: ENGINES[name](stop))
+    _, ready, follow = timed_by_both(lambda: engine(stop))
     end, count = follow()
-    longer = ENGINES[name](long)
+    longer = engine(long)
     found = [timed_by_both(longer) for _ in range(runs)]
     return Figures(ready, median(spent / many for _, spent, (_, many) in found), count, end)
 
@@ -187,11 +188,16 @@ def next_zero(place: Callable[..., Any], start: float, end: float) -> Any:
     return None
 
 
-def measure(options: Namespace) -> Report:
-    """Every engine in a process of its own, in turns."""
+def compared(
+    engines: Engines, options: Namespace, true_end: Callable[[float], float], what: str, least: float
+) -> Report:
+    """Every engine in a process of its own, in turns. scipy is to take ``least`` times as long, or more."""
     stop, long = (SHORT, SHORT) if options.quick else (STOP, LONG)
-    several = {**dict.fromkeys(ENGINES, (long, 3)), SCIPY: (stop, 1)}  # it is the same from event to event
-    tasks = {name: (lambda one=name: in_own_process(figures, one, stop, *several[one])) for name in ENGINES}
+    several = {**dict.fromkeys(engines, (long, 3)), SCIPY: (stop, 1)}  # it is the same from event to event
+    tasks = {
+        name: (lambda one=one, name=name: in_own_process(figures, one, stop, *several[name]))
+        for name, one in engines.items()
+    }
     found = {name: sorted(each, key=lambda one: one.impact)[len(each) // 2]
              for name, each in in_turns(tasks, options.runs).items()}  # fmt: skip
     true = true_end(stop)
@@ -201,9 +207,14 @@ def measure(options: Namespace) -> Report:
          f"{abs(one.end - true):.1e}")
         for name, one in found.items()
     ]  # fmt: skip
-    header = "", "prepare, s", "impacts", "us for each impact", "relative", "error of x"
-    slower = Requirement("time of scipy relative to lagrange", found[SCIPY].impact / ours, ">=", LEAST)
+    header = "", "prepare, s", f"{what}s", f"us for each {what}", "relative", "error of x"
+    slower = Requirement("time of scipy relative to lagrange", found[SCIPY].impact / ours, ">=", least)
     return Report((markdown_table(header, rows),), (slower,))
+
+
+def measure(options: Namespace) -> Report:
+    """All engines."""
+    return compared(ENGINES, options, true_end, "impact", LEAST)
 
 
 SUITE = Suite(

@@ -8,7 +8,6 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, at_one_state
 from lagrange_cli.integrate.guards.one_state import space_at
-from lagrange_cli.integrate.workspace import accelerated
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.elimination import reduced
@@ -47,7 +46,7 @@ def compiled_values(residual: Residual) -> CompiledValues:
         state = np.zeros(program.rows)
         state[program.state.motion] = [*q, *v]
         space = space_at(machine, np.array(parameters, dtype=np.float64), t, state)
-        rates, regular = accelerated(machine, space.constants, space.memory, space.work)
+        rates, regular = space.accelerated.rates(machine)
         results = at_one_state(machine.observe, space.constants, np.array([t]), state, len(places))
         accelerations = rates[:n] if regular else np.full(n, np.nan)
         return accelerations, results[:n], float(results[n]), results[bound[0]], results[bound[1]]

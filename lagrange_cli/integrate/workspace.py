@@ -11,7 +11,7 @@ from lagrange_cli.integrate.arrays import Array, beside_one_another
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.guards import INFO
 from lagrange_cli.native.interface import Interface, Stop
-from lagrange_cli.native.state import LANES, Clock
+from lagrange_cli.native.state import LANES, Clock, StateLayout
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,6 +37,7 @@ class Workspace:
         self.memory[self.layout.time] = start
         self.samples = samples.reshape(rows, columns)
         self._spare: Array | None = None
+        self.accelerated = Accelerated(self.layout, self.constants, self.memory, self.work)
         self.resume: Callable[[], None] = lambda: None
         """Called when ``memory`` has become that of another time: constants may depend on modes in it."""
 
@@ -63,7 +64,8 @@ class Workspace:
 
     def rates(self) -> Array:
         """The rates of velocities and integrals at the state reached."""
-        return accelerated(self.machine, self.constants, self.memory, self.work)[0]
+        rates, _ = self.accelerated.rates(self.machine)
+        return np.array(rates)
 
     def advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
         """Step until ``stop``, or until ``count`` of the ``wanted`` samples from the one numbered ``done``
@@ -137,14 +139,21 @@ class Workspace:
         self.samples, self._spare = spare, self.samples
 
 
-def accelerated(machine: Machine, constants: Array, memory: Array, work: Array) -> tuple[Array, bool]:
-    """The rates of velocities and integrals at the state in the ``memory``, and whether masses are regular.
-    Their series is left in ``work``."""
-    work[:] = 0.0  # what is not finite would spread
-    layout = machine.program.inner
-    rates, t = np.empty(layout.rows), float(memory[layout.time])
-    first, *others = (one.ctypes.data for one in (constants, memory, work, rates))
-    return rates, bool(machine.accelerate(first, t, *others))
+class Accelerated:
+    """The rates of velocities and integrals at the state in the ``memory``. Their series is left in ``work``.
+    (Addresses of arrays are asked for once.)"""
+
+    def __init__(self, layout: StateLayout, constants: Array, memory: Array, work: Array) -> None:
+        self._memory, self._work, self._time = memory, work, layout.time
+        self._rates, self._constants = np.empty(layout.rows), constants
+        arrays = constants, memory, work, self._rates
+        self._first, *self._others = (one.ctypes.data for one in arrays)
+
+    def rates(self, machine: Machine) -> tuple[Array, bool]:
+        """The rates, until they are asked for again, and whether masses are regular."""
+        self._work[:] = 0.0  # what is not finite would spread
+        regular = machine.accelerate(self._first, float(self._memory[self._time]), *self._others)
+        return self._rates, bool(regular)
 
 
 def padded(wanted: Array) -> Array:

@@ -40,17 +40,20 @@ def events_of(
 
     An action is simple if it can change the side of other events only, affects no mass, and does not violate
     constraints. Where the motion may come to rest at an event, no action may set more than velocities. Where
-    others have the same zeros, the caller does what happens at once.
+    others have the same zeros, the caller does what happens at once. Where there are switches, whose sides it
+    does not change either, it is that of an event with contact: friction may hold arguments of others at 0.
     """
     rests = {one.event: one.auxiliary for one in smooth.rests}
-    few = not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
+    few = _apart(smooth) and parts == 1 and len(model.events) <= FEW_EVENTS
     few = few and not model.constraints
+    switched = union(one.argument for one in smooth.guards)
     masses, speeds = union(one.mass for one in model.particles), union(model.v)
     changed, alone = _changed(model), _alone(model)
     found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
     for i, (event, bits) in enumerate(zip(model.events, changed)):
         simple = bool(event.changes) and few and not event.argument.symbols & bits
         simple = simple and alone[i] and not masses & bits and not (rests and bits & ~speeds)
+        simple = simple and (not smooth.guards or (i in rests and not switched & bits))
         acts = Role.CHANGE if simple else Role.ACTION
         role = acts if event.stops or event.changes else Role.RECORD
         found.append((event.direction, int(role), rests.get(i, -1)))
@@ -66,6 +69,15 @@ def _alone(model: Model[Node]) -> Sequence[bool]:
     for one in plain:
         alike.setdefault(one.symbols, []).append(one)
     return [sum(proportional(one, other) for other in alike[one.symbols]) == 1 for one in plain]
+
+
+def _apart(smooth: Guarded) -> bool:
+    """Whether each switch has a series on either side, and its argument depends on no other one."""
+    modes = union(one.mode for one in smooth.guards)
+    return not any(
+        one.cut or one.rooted or one.broken or one.vector or one.argument.symbols & modes
+        for one in smooth.guards
+    )
 
 
 def reached_by(events: Iterable[tuple[int, int, int]], degrees: int) -> tuple[tuple[int, int], ...]:

@@ -11,6 +11,8 @@ from functools import cached_property
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.records import dataclass
 
+SMALL = 2.0**-36
+"""An argument that is a larger part of what it may be computed from is not 0 up to rounding."""
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
 large as its negative mark, where it is known less well."""
@@ -102,6 +104,8 @@ class GuardRow:
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 
+    event: int = -1
+    """Of resting contact, the guard of its event."""
     pivots: tuple[int, ...] = ()
     """Of the length of a vector, a coordinate for each of its parts, whose velocity it is but for others: the
     rows of parts are ``beside``, and as many multipliers follow one another."""
@@ -171,9 +175,21 @@ class GuardRows:
         return sum(one.role in EVENTS for one in self.guards)
 
     @property
+    def switches(self) -> int:
+        """The number of those before them: of switches."""
+        return next((j for j, one in enumerate(self.guards) if one.role in EVENTS), self.count)
+
+    @property
     def first_event(self) -> int:
         """The guard of the first event."""
         return next(j for j, one in enumerate(self.guards) if one.role in EVENTS)
+
+    @property
+    def standing(self) -> list[int]:
+        """The guards of events whose arguments may be 0 for as long as a switch holds the motion: that of
+        resting contact is 0 whatever switches do."""
+        contacts = {one.event for one in self.guards}
+        return [j for j, one in enumerate(self.guards) if one.role in EVENTS and j not in contacts]
 
     @cached_property
     def side_by_side(self) -> int:

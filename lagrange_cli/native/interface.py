@@ -185,12 +185,12 @@ class Interface:
             if self.guards[j] == EXPLICIT:
                 made[j] = replace(made[j], multiplier=first + arguments)
                 arguments += len(pivots)
-        for _, _, one in self.events:
+        for event, (_, _, one) in enumerate(self.events, switches):
             if one == EXPLICIT:
-                made.append(GuardRow(Role.REST, first + arguments))
+                made.append(GuardRow(Role.REST, first + arguments, event=event))
                 arguments += 1
             elif one >= 0:
-                made.append(GuardRow(Role.REST, multiplier(one)))
+                made.append(GuardRow(Role.REST, multiplier(one), event=event))
         changed = tuple((switches + event, self._inside(place)) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)
         rests = (j for j, one in enumerate(made) if one.role is Role.REST)

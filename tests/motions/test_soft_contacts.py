@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import lagrange_cli as lagrange
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.guards import modes
+from lagrange_cli.integrate.workspace import Accelerated
 from tests.support.motion import follow
 
 SERIES = 130
@@ -52,13 +52,13 @@ def source(request) -> random.Random:
 @pytest.fixture
 def series(monkeypatch) -> list[int]:
     """How many series were computed between the steps."""
-    counted, accelerated = [0], modes.accelerated
+    counted, rates = [0], Accelerated.rates
 
     def count(*arguments):
         counted[0] += 1
-        return accelerated(*arguments)
+        return rates(*arguments)
 
-    monkeypatch.setattr(modes, "accelerated", count)
+    monkeypatch.setattr(Accelerated, "rates", count)
     return counted
 
 

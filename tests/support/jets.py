@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.guards.one_state import space_at
-from lagrange_cli.integrate.workspace import accelerated, outer_rows
+from lagrange_cli.integrate.workspace import outer_rows
 from tests.support.motion import prepared, values_of
 
 
@@ -27,7 +27,7 @@ def coefficients(
     state = np.zeros(program.rows)
     state[program.state.motion] = [*(values.q if q is None else q), *(values.v if v is None else v)]
     space = space_at(machine, parameters, t, state)
-    _, regular = accelerated(machine, space.constants, space.memory, space.work)
+    _, regular = space.accelerated.rates(machine)
     assert regular
     width, order = space.layout.width, program.order
     kept = space.work[: width * (order + 1)].reshape(order + 1, width)

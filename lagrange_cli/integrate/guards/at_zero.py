@@ -12,7 +12,7 @@ from lagrange_cli.integrate.guards.crossing import Crossing
 from lagrange_cli.integrate.guards.longer_ways import FELT
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.guards.trial_states import TOLD
-from lagrange_cli.native.guards import AT_REST, Role
+from lagrange_cli.native.guards import AT_REST, SMALL, Role
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.noise import LASTS
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 LARGER = 2.0**4
 """How much larger it must be before it is told from 0."""
-SMALL = 2.0**-36
-"""An argument that is a larger part of what it may be computed from is not 0 up to rounding."""
 FEW = 2.0**12
 """An argument up to so many rounding errors is known to few digits."""
 MANY = 2.0**40
@@ -51,8 +49,10 @@ class AtZero(Crossing):
         soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
         is of use beside forces that have no series there: these act as soon as they are felt. Those that
         a force may hold have been tried before."""
-        modes, rows, exact = self.modes.copy(), self._rows.guards, list[int]()
-        still = [j for j in guards if modes[j] and not rows[j].multiplier]
+        modes, exact = self.modes.copy(), list[int]()
+        still = [j for j in guards if modes[j] and not self._rows.guards[j].multiplier]
+        if not still:
+            return
         while still:
             self.modes[still] = 0.0  # a force from a depth that is rounding would seem to end the contact
             self._series()

@@ -12,6 +12,7 @@ from lagrange_cli.integrate.guards.modes import ROUNDING
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
 
 FEW = 8
 """So many guards are looked at one by one."""
@@ -25,37 +26,45 @@ class Leading(AtZero):
     _let_go: int | None = None
     """The guard that is let go, as its multiplier has reached its bound."""
 
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        super().__init__(machine, constants, memory, work)
+        listed, first = self._rows.guards[: self.count], self._layout.v.start
+        self._forces = np.array([one.limit or one.multiplier for one in listed], np.intp) - first
+        """The rows of multipliers, or of limits, which follow one another."""
+        self._limited = np.array([bool(one.limit) for one in listed], np.bool_)
+        self._explicit = np.array([one.explicit for one in listed], np.bool_)
+
     def _multiplier(self, j: int) -> float:
         return float(self._multipliers([j])[0])
 
     def _multipliers(self, guards: Sequence[int]) -> Array:
         """The multipliers of guards, infinite where limits are 0."""
-        listed = [self._rows.guards[j] for j in guards]
-        limits = np.array([one.limit for one in listed], dtype=np.int64)
-        others = np.array([one.multiplier for one in listed], dtype=np.int64)
-        rows = np.where(limits, limits, others) - self._layout.v.start
-        values = self._here.coefficients[:, 0]
-        found: Array = values[rows].copy()
-        limited = np.flatnonzero(limits)
-        above, below = values[rows[limited]], values[rows[limited] + 1]
-        whole = above + below
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found[limited] = np.where(whole != 0.0, (above - below) / whole, np.inf)
+        rows, limited = self._forces[guards], self._limited[guards]
+        found: Array = self._here[rows, 0]
+        if np.count_nonzero(limited):
+            above, below = found[limited], self._here[rows[limited] + 1, 0]
+            whole = above + below
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found[limited] = np.where(whole != 0.0, (above - below) / whole, np.inf)
         return found
 
     def _holding(self, guards: Sequence[int]) -> Array:
         """The sizes of multipliers, infinite where the motion passes u = 0 with a velocity."""
+        if not guards:
+            return np.zeros(0)
         sizes = np.abs(self._multipliers(guards))
         return np.where((self._passing(guards) == 0.0) & np.isfinite(sizes), sizes, np.inf)
 
     def _passing(self, guards: Sequence[int]) -> Array:
         """The rates with which arguments pass 0; those of velocities that others hold are rounding."""
-        if not guards:
-            return np.zeros(0)
-        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
-        still = np.array([self._rows.guards[j].explicit for j in guards])
-        still |= np.abs(rates) <= ROUNDING * self.scale()[1]
+        rates = self._coefficients_of_arguments()[guards, 1]
+        still = self._explicit[guards] | (np.abs(rates) <= ROUNDING * self._largest_acceleration())
         return np.where(still, 0.0, rates)
+
+    def _largest_acceleration(self) -> float:
+        """The scale of first derivatives."""
+        found = self._coefficients_of(self._layout.v.start, self._layout.v.stop)[:, 0]
+        return float(np.abs(found).max())
 
     def _misled(self, guards: Sequence[int]) -> list[int]:
         """The guards to whose sides the motion does not lead, nor along u = 0."""
@@ -63,19 +72,18 @@ class Leading(AtZero):
         for some in few_or_all(guards):
             self.modes[some] = -self.modes[some]
             self._series()
-            others = [self._coefficients(self._rows.first + j) for j in some]
+            others = self._coefficients_of_arguments()[some]
             self.modes[some] = -self.modes[some]
             self._series()
-            usual = self.scale()
-            for j, other in zip(some, others):
-                u = self._coefficients(self._rows.first + j)
+            arguments, usual = self._coefficients_of_arguments()[some], self.scale()
+            for j, u, other in zip(some, arguments, others):
                 change = np.abs(u - other)
                 scale = ROUNDING * np.fmax(usual[: len(u)], change)
                 if j == self._let_go and not self._rows.guards[j].placed:
                     scale[1] = max(scale[1], LET_GO * change[1])
-                clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
-                leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
-                if not leads:
+                sizes = zip(u.tolist()[1:], scale.tolist()[1:])
+                leads = next((one for one, size in sizes if not abs(one) <= size), None)
+                if not (np.isfinite(u).all() if leads is None else leads * self.modes[j] > 0.0):
                     found.append(j)
         return found
 

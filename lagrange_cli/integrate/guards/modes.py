@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.guards.latest import Latest
-from lagrange_cli.integrate.workspace import accelerated
+from lagrange_cli.integrate.workspace import Accelerated
 from lagrange_cli.native.guards import FOUND, SMALLEST
 from lagrange_cli.native.state import BEGINNING, Clock
-from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,15 +25,6 @@ SEEN = 2
 """So many series are kept: the present ones, and those of an attempt at other modes."""
 ROUNDING = 2.0**-44
 """A derivative that is so small beside the terms of the others is a rounding error."""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What is known of the series from a state on: the ``rates`` of the rows, and the first ``coefficients``
-    of the integrands of those behind the coordinates (rows, orders)."""
-
-    rates: Array
-    coefficients: Array
 
 
 class Modes:
@@ -53,7 +43,8 @@ class Modes:
         marks = self._rows.fresh(self._layout)
         self.marks = memory[marks : marks + count]
         self.count = len(program.guards)
-        self._seen, self._key = Latest[Seen](SEEN), b""
+        self._accelerated = Accelerated(self._layout, constants, memory, work)
+        self._seen, self._key = Latest["Array"](SEEN), b""
         self._given = self._views()
         """What series depend on."""
         settings = memory[self._layout.settings]
@@ -61,6 +52,12 @@ class Modes:
         """Where parameters, modes and constants are."""
         self.last_step = np.zeros(1)
         """The length of the last step, from when steps begin anew."""
+        first, step, term = program.series_at
+        start = first + step * self._layout.v.start + term
+        shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
+        self._integrals = np.ndarray(shape, np.float64, work, 8 * start, strides)
+        """Where the first coefficients of the rows behind the coordinates are (rows, orders)."""
+        self._beginning = np.array([self._layout.at(one) for one in BEGINNING])
 
     def _views(self) -> list[Array]:
         """The parts of the memory on which series depend: coordinates and velocities, t, parameters, and all
@@ -97,13 +94,15 @@ class Modes:
         self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
 
     def length(self) -> float:
-        """The length of the last step, also where others begin."""
-        return float(self.memory[self._layout.at(Clock.STEP)]) or float(self.last_step[0])
+        """The length of the last step, also where others begin: if compiled code has begun them, as far as
+        that led."""
+        now, led = (float(self.memory[self._layout.at(one)]) for one in (Clock.STEP, Clock.LENGTH))
+        return now or float(self.last_step[0]) or led
 
     def begin_steps(self) -> None:
         """Forget what steps before tell of the next one."""
         self.last_step[0] = self.length()
-        self.memory[[self._layout.at(one) for one in BEGINNING]] = 0.0
+        self.memory[self._beginning] = 0.0
 
     def prepare(self) -> None:
         """Compute the constants of the equations from parameters and modes."""
@@ -115,16 +114,13 @@ class Modes:
         if key != self._key:
             self.prepare()
             self._here, self._key = self._seen.of(key, self._see), key  # an attempt at other modes, and back
-        return self._here.rates
+        return self._here[:, 0]
 
-    def _see(self) -> Seen:
-        rates, _ = accelerated(self.machine, self.constants, self.memory, self._work)
-        first, step, term = self.machine.program.series_at
-        start = first + step * self._layout.v.start + term
-        shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
-        series = np.ndarray(shape, np.float64, self._work, 8 * start, strides)
-        coefficients: Array = series * ORDERS
-        return Seen(rates, coefficients)
+    def _see(self) -> Array:
+        """The first coefficients of the integrands of the rows behind the coordinates (rows, orders)."""
+        self._accelerated.rates(self.machine)
+        found: Array = self._integrals * ORDERS
+        return found
 
     def _arguments(self) -> Array:
         """The values of all guards' arguments."""
@@ -141,7 +137,7 @@ class Modes:
         """Those of some rows behind the coordinates (rows, coefficients), where ``_series`` was called
         last."""
         first = self._layout.v.start
-        return self._here.coefficients[start - first : stop - first]
+        return self._here[start - first : stop - first]
 
     def _coefficients_of_arguments(self) -> Array:
         """Those of the arguments of switches."""
@@ -155,7 +151,7 @@ class Modes:
     def values_of(self, rows: NDArray[np.intp]) -> Array:
         """The rates of some rows."""
         self._series()
-        found: Array = self._here.coefficients[rows - self._layout.v.start, 0]
+        found: Array = self._here[rows - self._layout.v.start, 0]
         return found
 
     def coefficients_between(self, start: int, stop: int) -> Array:
@@ -170,5 +166,7 @@ class Modes:
     def scale(self) -> Array:
         """The largest coefficients of each order among velocities: the scale for rounding errors of a
         derivative."""
-        found = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
-        return np.append(0.0, np.max(np.abs(found), axis=0))
+        found = np.zeros(len(ORDERS) + 1)
+        velocities = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
+        np.abs(velocities).max(axis=0, out=found[1:])
+        return found

@@ -36,10 +36,9 @@ class Pivoting:
 def dip(u: Array) -> float:
     """How far below 0 a series without its first coefficient falls before it rises; 0 if it rises at once, or
     not at all."""
-    counts = np.flatnonzero(u)
-    if not len(counts) or u[counts[0]] > 0.0:
+    first = next((m for m, one in enumerate(u.tolist()) if one != 0.0), None)
+    if first is None or u[first] > 0.0:
         return 0.0
-    first = counts[0]
     rises = first + np.flatnonzero(u[first:] > 0.0)
     if not len(rises):
         return 0.0

@@ -216,9 +216,9 @@ class Settling(Sliding):
         self._series()
         arguments = self._coefficients_of_arguments()[guards]
         speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
-        least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(np.max(speeds))
-        placed = {j for j in guards if self._rows.guards[j].placed}
-        held = zip(placed, self._holding([*placed]).tolist())
+        least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(speeds.max())
+        placed = [j for j in guards if self._rows.guards[j].placed]
+        held = zip(placed, self._holding(placed).tolist())
         resting = {j for j, size in held if np.isfinite(size)}
         for j, u in zip(guards, arguments * self.modes[guards][:, None]):
             own = u[1:] * np.arange(1, len(u)) if j in placed else u
@@ -279,6 +279,8 @@ class Settling(Sliding):
     def _sides(self, guards: Sequence[int]) -> dict[int, float]:
         """Where guards go that are let go: with their velocities if these are not 0, or else as they are
         pushed."""
+        if not guards:
+            return {}
         rates = self._passing(guards)
         pushes = np.where(rates != 0.0, rates, self._multipliers(guards))
         return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, pushes.tolist())}

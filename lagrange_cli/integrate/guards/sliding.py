@@ -171,6 +171,8 @@ class Sliding(Drag):
         layout, parts = self._layout, self.machine.program.parts
         starts = (0, layout.width, layout.third)[: parts + 1]
         high, *low, rest = (self.memory[start:][layout.v] for start in starts)
+        if len({*high.tolist()}) == len(high):
+            return
         _, alike = np.unique(high + 1j * low[0] if low else high, return_inverse=True)
         rest[np.bincount(alike)[alike] > 1] = 0.0
 

@@ -90,6 +90,7 @@ class RateSteps(RatesAtNodes):
             texts += self.guards.functions()
             texts += self.watching.tables()
             made += self.watching.functions()
+            made += self.passing()
         return [*texts, *(f.text() for f in made)]
 
     @classmethod

@@ -11,10 +11,21 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import accumulate
 
-from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, UNSEEN, GuardRows, Role
+from lagrange_cli.native.guards import (
+    AFTER,
+    DONE,
+    LEFT,
+    NOTES,
+    RECORDED,
+    SAMPLE,
+    SMALL,
+    UNSEEN,
+    GuardRows,
+    Role,
+)
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.at_once import ROUNDING, AtOnce, Speeds
 from lagrange_cli.records import dataclass
@@ -117,6 +128,9 @@ class ActionCode:
         count = f.load_integer(info, RECORDED)
         with f.when(~(count + 1 < rows.records(layout))):
             f.give(left)
+        if rows.switches:
+            with f.when(self._switching(f, j)):
+                f.give(left)
         results = self._acted(f, j)
         changed = "changed", len(rows.changed), j
         with self._own(f, *changed) as i, f.when(~(f.magnitude(f.load(results, i)) <= HUGE)):
@@ -169,6 +183,25 @@ class ActionCode:
         f.store(count + 2, info, RECORDED)
         f.give(f.count(DONE))
         return f
+
+    def _switching(self, f: Function, j: Integer) -> Bit:
+        """Whether modes of switches may have to be chosen after an action: where an argument is 0 up to
+        rounding, or the motion is held there."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        largest, found = f.variable(f.constant(0.0)), f.variable(f.never(1))
+        with f.loop(0, layout.degrees, tested=False) as i:
+            largest.set(f.larger(f.magnitude(f.load(state, i)), largest.get()))
+
+        def value(k: Integer) -> Real:
+            return self.at_once.coefficient(f, f.pointer("%row"), j, k, 1)
+
+        with f.loop(0, rows.switches, tested=False) as k:
+            largest.set(f.larger(f.magnitude(value(k)), largest.get()))
+        with f.loop(0, rows.switches, tested=False) as k:
+            mode, mark = (f.load(state, k + place(layout)) for place in (rows.mode, rows.fresh))
+            at_zero = (mark > 0.0) | ~(value(k) * mode > largest.get() * SMALL)
+            found.set(found.get() | at_zero)
+        return found.get()
 
     def _moved(self, place: int) -> int:
         """What moves with a velocity that is set, where constraints couple it with others."""

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.native.guards import AT_REST, SMALLEST, GuardRows, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock, StateLayout
-from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
+from lagrange_cli.native.state import LANES, StateLayout
+from lagrange_cli.native.stepping.actions import ActionCode
+from lagrange_cli.native.stepping.event_sides import EventSides
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.roots import NONE, Roots
@@ -36,8 +35,6 @@ STOPPED = 2.0**-50, 2.0**-102
 """A vector is 0 but for rounding up to this part of the velocities that it is made of."""
 CLEARLY = 1.0 + 2.0**-44
 """What exceeds the sum of all other terms by this factor is not 0, whatever is rounded."""
-JUMP = 2.0**-20
-"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +64,11 @@ class GuardSearch:
     def roots(self) -> Roots:
         """The code for roots of arguments."""
         return Roots(self.lengths.order, self.lengths.term, self.interpolated)
+
+    @property
+    def sides(self) -> EventSides:
+        """The code for sides of events."""
+        return EventSides(self.rows, self.layout, self.lengths)
 
     @property
     def actions(self) -> ActionCode:
@@ -174,13 +176,13 @@ class GuardSearch:
 
         with self._suspects(f, reach) as j:
             if self.actions.any:
-                self._decide(f, j)
+                self.sides.decide(f, j)
             mark = f.load("%state", j + rows.fresh(layout))
             fresh = mark > 0.0
             with f.when(mark > SMALLEST):  # what counts as rounding depends on how far one looks
                 reach.set(f.smaller(reach.get(), mark * WIDER / Real(f, "%unit")))
             if rows.events:
-                self._pass_jump(f, j, fresh)
+                self.sides.pass_jump(f, j, fresh)
             mode = f.load("%state", j + rows.mode(layout))
             with f.when(~mode.equals(0.0) & self._has_roots(f, j)):
                 row = f.load_integer("@guard_rows", j)
@@ -295,44 +297,3 @@ class GuardSearch:
             side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
             for row in (above, below):
                 look(row, f.constant(0.0), side, seen, j)
-
-    def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
-        """Change the side of an event whose argument is on the other one, but not because it was 0: it has
-        jumped there, as over the cut of atan2. (The caller decides this where an action is not simple, or a
-        member bounces: no impact must be passed over.)"""
-        at = j + self.rows.mode(self.layout)
-        row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
-        mode, u, h = f.load("%state", at), f.load(row, term), Real(f, "%h")
-        slope, bend = f.magnitude(f.load(row, 2 * term)) * 2.0, f.magnitude(f.load(row, 3 * term)) * 3.0
-        role = f.load_integer("@guard_roles", j)
-        others = (Role.SWITCH, Role.HOLD, Role.ACTION, Role.REST, Role.CUT, *self._breaks)
-        event = ~reduce(or_, [role.equals(one) for one in others])
-        if self.rows.bounces:
-            event = event & f.load_integer("@bounces", j).equals(NOTHING)
-        jumped = f.magnitude(u) > f.fused(bend, h, slope) * h * JUMP
-        with f.when(~fresh & (u * mode < 0.0) & jumped & event):
-            f.store(-mode, "%state", at)
-
-    def _decide(self, f: Function, j: Integer) -> None:
-        """Set the mode of an event that has none since an action has been done."""
-        rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        mode, mark = j + rows.mode(layout), j + rows.fresh(layout)
-        undecided = f.load(state, mode).equals(0.0)
-        if rows.bounces:  # contacts have no other mode, and events at which members rest
-            rests = f.load_integer("@rests_at", j)
-            held = f.load(state, f.select(rests.equals(NOTHING), j, rests) + rows.mode(layout))
-            rest = f.load_integer("@guard_roles", j).equals(Role.REST)
-            undecided = undecided & held.equals(0.0) & ~rest
-        with f.when(undecided):
-            row = self.lengths.place(f, f.load_integer("@guard_rows", j))
-            fresh = f.load(state, mark) > 0.0
-            scratch = f.pointer("%scratch")
-            _, size = f.parts((Real, Real), "known", row, Real(f, "%h"), scratch)
-            side = f.call(Real, "side_of", scratch, size, fresh)
-            f.store(side, state, mode)
-            with f.when(f.load(row, self.lengths.term).equals(0.0)):
-                f.store(self._mark(f), state, mark)
-
-    def _mark(self, f: Function) -> Real:
-        """The mark of an argument that is 0 now."""
-        return f.larger(f.load("%state", self.layout.at(Clock.LENGTH)), f.constant(SMALLEST))

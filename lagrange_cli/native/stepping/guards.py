@@ -20,8 +20,10 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import NOTE
 from lagrange_cli.native.stepping.at_once import UNCLEAR
-from lagrange_cli.native.stepping.guard_search import FROM_BOTH, JUMP, GuardSearch
+from lagrange_cli.native.stepping.event_sides import JUMP
+from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
+from lagrange_cli.native.stepping.passing import NEVER, kind_of, passing_tables
 from lagrange_cli.native.stepping.steps import copy_function
 from lagrange_cli.native.stepping.stopping import first_straight, stopping_tables
 from lagrange_cli.records import dataclass
@@ -61,6 +63,7 @@ class GuardCode(GuardSearch):
             ),
             table("guard_directions", [one.direction for one in guards]),
             *stopping_tables(self.rows),
+            *(passing_tables(self.rows) if self.passing else []),
             *([table("guard_roots", self._roots)] if self._rooted else []),
             *(
                 [table("guard_steep", [int(one.steep) for one in guards])]
@@ -90,6 +93,15 @@ class GuardCode(GuardSearch):
             f.give(f.count(AWAY))
         with f.when(role.equals(Role.SWITCH) & self._has_jumped(f, j, before)):
             f.give(f.count(AWAY))
+        if self.passing:
+            with f.when(role.equals(Role.HOLD)):
+                with f.when(self._has_jumped(f, j, before)):
+                    f.give(f.count(AWAY))
+                places = f.pointer("%constants"), state, f.pointer("%work"), j
+                with f.when(~f.call(Bit, "passes", *places)):
+                    f.give(f.count(AWAY))
+                f.store(self.sides.mark(f), state, fresh)
+                f.give(f.count(CHANGED))
         result = f.variable(f.count(NOTED))
         if self.rows.events:
             self._note(f, role, j, before, result)
@@ -98,9 +110,9 @@ class GuardCode(GuardSearch):
             with f.when(~(role.equals(Role.SWITCH) | role.equals(Role.CUT))):
                 f.give(f.count(AWAY))
         f.store(-before, state, mode)
-        f.store(self._mark(f), state, fresh)
+        f.store(self.sides.mark(f), state, fresh)
         with f.when(result.get().equals(CHANGED)):
-            self._prepare(f, state)
+            self.prepare(f, state)
         f.give(result.get())
         return f
 
@@ -163,7 +175,7 @@ class GuardCode(GuardSearch):
                     done = f.call(Integer, "change", *given, *more)
                     with f.when(done.equals(LEFT)):
                         f.give(f.count(AWAY))
-                    f.store(self._mark(f), state, j + self.rows.fresh(layout))
+                    f.store(self.sides.mark(f), state, j + self.rows.fresh(layout))
                     f.give(f.count(CHANGED))
             f.store(count + 1, info, RECORDED)
 
@@ -173,6 +185,13 @@ class GuardCode(GuardSearch):
         return (
             (*self.idle, slice(self.rows.mode(self.layout), self.layout.settings.stop)) if self.idle else ()
         )
+
+    @property
+    def passing(self) -> bool:
+        """Whether compiled code finds out that the motion passes where it might be held. (Lists of guards
+        would be lost with the series.)"""
+        listed = self.near is not None and self.near.listed
+        return not listed and any(kind_of(one) != NEVER for one in self.rows.guards)
 
     @property
     def holding(self) -> bool:
@@ -188,7 +207,7 @@ class GuardCode(GuardSearch):
             held = role.equals(Role.HOLD) & mode.equals(0.0)
             free = f.select(role.equals(Role.REST), f.constant(0.0), mode)
             f.store(f.select(held, side, free), state, at)
-        self._prepare(f, state)
+        self.prepare(f, state)
 
     @property
     def switches(self) -> bool:
@@ -203,7 +222,7 @@ class GuardCode(GuardSearch):
         """The equations with the other mode of the guard ``j``."""
         state, mode = f.pointer("%state"), j + self.rows.mode(self.layout)
         f.store(-f.load(state, mode), state, mode)
-        self._prepare(f, state)
+        self.prepare(f, state)
 
     def modes(self, f: Function, state: Pointer) -> Pointer:
         """Where the modes of a state are."""
@@ -213,9 +232,10 @@ class GuardCode(GuardSearch):
         """The equations of a state with these ``modes``."""
         with f.loop(0, self.rows.count, tested=False) as j:
             f.store(f.load(modes, j), self.modes(f, state), j)
-        self._prepare(f, state)
+        self.prepare(f, state)
 
-    def _prepare(self, f: Function, state: Pointer) -> None:
+    def prepare(self, f: Function, state: Pointer) -> None:
+        """Compute the constants of the equations of a state."""
         f.call(None, "prepare", f.place(state, self.layout.settings.start), f.pointer("%constants"))
 
     def _settled(self) -> Function:

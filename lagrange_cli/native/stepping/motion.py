@@ -20,6 +20,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
+from lagrange_cli.native.stepping.passing import Passing
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.related import allow_rounding, write_floors
@@ -191,6 +192,7 @@ class Steps(ABC):
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
         made += [self.noise.function()] if self.noise else []
+        made += self.passing()
         texts = (
             clear_function(),
             self.given.project,
@@ -199,6 +201,17 @@ class Steps(ABC):
             self.given.directions,
         )
         return [*texts, *guards, *(f.text() for f in made)]
+
+    def passing(self) -> list[Function]:
+        """What ``@flip`` calls where compiled code finds out whether the motion passes."""
+        guards = self.guards
+        if not guards or not guards.passing:
+            return []
+
+        def compute(f: Function) -> Bit:
+            return self.compute(f, self.time(f), f.constant(1.0), *self.places(f))
+
+        return [Passing(guards.rows, self.state, self.lengths, compute, guards.prepare).function()]
 
     def acceptance(self) -> list[Function]:
         """What ``agree`` calls."""

@@ -34,6 +34,18 @@ events:
     direction: rising
     action: {{set: {{a_dot: -e*a_dot, b_dot: b_dot + (1 + e)*a_dot*cos(a - b)}}}}
 """
+SLIDING = """
+parameters: {{g: {g!r}, e: {e!r}, f: 0.2, w: 3.1}}
+coordinates: {{x: {{initial: 0, velocity: 1}}, y: {{initial: {height!r}}}}}
+masses: {{ball: 1}}
+embedding: {{ball: [x, y]}}
+potential: g*y + 2*x**2 + abs(x - 0.1)
+generalized_forces: {{x: f*(sin(w*t) - sign(x_dot))}}
+events:
+  floor: {{when: y, direction: falling, action: {{set: {{y_dot: -e*y_dot}}}}}}
+  far: {{when: x - 0.15}}
+  turns: {{when: x_dot}}
+"""
 ROW = """
 parameters: {{e: {e!r}, k: 0.7, g: {g!r}}}
 coordinates: {{a: {{initial: 0, velocity: 1}}, b: {{initial: 1}}, c: {{initial: 1.9, velocity: -{height!r}}}}}
@@ -57,8 +69,9 @@ events:
 def drawn(kind: str, source: random.Random) -> str:
     """A system of this kind."""
     numbers = {"g": source.uniform(2, 10), "e": source.uniform(0.75, 0.95), "height": source.uniform(0.4, 1)}
-    if kind in ("pendulum", "row"):
-        return {"pendulum": PENDULUM, "row": ROW}[kind].format(**numbers)
+    texts = {"pendulum": PENDULUM, "row": ROW, "sliding": SLIDING}
+    if kind in texts:
+        return texts[kind].format(**numbers)
     floor, after = SHAKEN if kind == "shaken" else REST
     return BALL.format(**numbers, floor=floor, after=after, more=KICK if kind == "kicked" else "")
 
@@ -80,7 +93,7 @@ def moved(system: str, method: str) -> Motion:
 
 @pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
-@pytest.mark.parametrize("kind", ["ball", "shaken", "kicked", "pendulum", "row"])
+@pytest.mark.parametrize("kind", ["ball", "shaken", "kicked", "pendulum", "row", "sliding"])
 def test_both_give_the_same_bits(
     kind: str, method: str, in_python: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
@@ -94,6 +107,18 @@ def test_both_give_the_same_bits(
     assert found == known and sum(found.values()) > 0
     for name, samples in slow.data.items():
         assert np.array_equal(samples, fast.data[name], equal_nan=True), name
+
+
+def test_python_is_asked_beside_switches_where_an_action_changes_their_sides(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked, done = [], Happenings._done
+    monkeypatch.setattr(Happenings, "_done", lambda *given: asked.append(given[1]) or done(*given))
+    system = drawn("sliding", random.Random(1))
+    motion = follow(system, 4.0, 10)
+    assert motion.outcome.happened["floor"].count > 1 and 0 not in asked
+    spun = follow(system.replace("y_dot: -e*y_dot", "y_dot: -e*y_dot, x_dot: 0.9*x_dot"), 4.0, 10)
+    assert asked.count(0) == spun.outcome.happened["floor"].count > 1
 
 
 def test_python_is_asked_where_the_motion_may_rest_and_nowhere_else(monkeypatch: pytest.MonkeyPatch) -> None:
