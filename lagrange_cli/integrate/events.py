@@ -150,8 +150,8 @@ class HappenedSink(EventSink):
 
 
 def kept_at_once(count: int) -> int:
-    """How many numbers a continued run needs of what happens at one time, for so many events; the first of
-    them is whole."""
+    """How many numbers a continued run needs of what happens at one time, for so many events, and of the last
+    step; the first of them is whole."""
     return 4 + 2 * count
 
 

@@ -171,25 +171,28 @@ class Samples:
         self._wide, self._other = self._other, self._wide
         if self._wide.shape[1] != stride:  # reused: new memory costs as much as the computation
             self._wide = np.empty((len(names), stride))
-        wide, begin, firsts = self._wide, self._done, []
+        wide, begin = self._wide, self._done
+        bases: list[dict[str, float]] = []
+        lengths: list[int] = []
         self._done += count
         now = [one for one in self._changes if one.sample < self._done]
         self._changes = self._changes[len(now) :]
         places = [max(0, one.sample - begin) for one in now]
         for i, (start, stop) in enumerate(zip([0, *places], [*places, count])):
             self._apply(now[i - 1 : i] if i else ())
-            if stop > start:
-                self._compute(times[start:stop], states[:, start:], wide[:, start:], stride)
-                if not self._first:
-                    self._first = dict(zip(names, wide[:, 0].tolist()))
-                    self._base = self._first.copy()
+            if stop == start:
+                continue
+            self._compute(times[start:stop], states[:, start:], wide[:, start:], stride)
+            if not self._first:
+                self._first = dict(zip(names, wide[:, 0].tolist()))
+                self._base = self._first.copy()
             if now:
-                firsts.append((stop - start, self._base.copy()))
+                bases.append(self._base.copy())
+                lengths.append(stop - start)
         observed = Rows(self._places, wide[:, :count])
         if not now:
             return observed, self._base
-        lengths = [length for length, _ in firsts]
-        return observed, {name: np.repeat([one[name] for _, one in firsts if one], lengths) for name in names}
+        return observed, {name: np.repeat([base[name] for base in bases], lengths) for name in names}
 
     def _compute(self, times: Array, states: Array, results: Array, stride: int) -> None:
         """The observed quantities at times (c,) of states whose rows, like those of the ``results``, are

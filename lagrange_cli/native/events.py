@@ -7,6 +7,7 @@ from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.node import Node, union
+from lagrange_cli.expression.signs import proportional
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
@@ -39,19 +40,19 @@ def events_of(
 
     An action is simple if it can change the side of other events only, affects no mass, and does not violate
     constraints. Where the motion may come to rest at an event, no action may set more than velocities. Where
-    there are switches, whose sides it does not change either, it is that of such an event: friction may hold
-    arguments of others at 0.
+    others have the same zeros, the caller does what happens at once. Where there are switches, whose sides it
+    does not change either, it is that of an event with contact: friction may hold arguments of others at 0.
     """
     rests = {one.event: one.auxiliary for one in smooth.rests}
     few = _apart(smooth) and parts == 1 and len(model.events) <= FEW_EVENTS
     few = few and not model.constraints
     switched = union(one.argument for one in smooth.guards)
     masses, speeds = union(one.mass for one in model.particles), union(model.v)
-    changed = _changed(model)
+    changed, alone = _changed(model), _alone(model)
     found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
     for i, (event, bits) in enumerate(zip(model.events, changed)):
         simple = bool(event.changes) and few and not event.argument.symbols & bits
-        simple = simple and not masses & bits and not (rests and bits & ~speeds)
+        simple = simple and alone[i] and not masses & bits and not (rests and bits & ~speeds)
         simple = simple and (not smooth.guards or (i in rests and not switched & bits))
         acts = Role.CHANGE if simple else Role.ACTION
         role = acts if event.stops or event.changes else Role.RECORD
@@ -59,6 +60,15 @@ def events_of(
         if simple:
             affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
     return tuple(found), tuple(affected)
+
+
+def _alone(model: Model[Node]) -> Sequence[bool]:
+    """Whether no other event has an argument in proportion to that of each."""
+    graph, alike = graph_of(model), dict[int, list[Node]]()
+    plain = [graph.split_coefficient(event.argument)[1] for event in model.events]
+    for one in plain:
+        alike.setdefault(one.symbols, []).append(one)
+    return [sum(proportional(one, other) for other in alike[one.symbols]) == 1 for one in plain]
 
 
 def _apart(smooth: Guarded) -> bool:

@@ -23,6 +23,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.output import Output
@@ -182,6 +183,30 @@ def test_a_run_with_events_goes_on_to_the_same_bytes(folder, interrupted_after, 
     expected = whole(folder, *run)
     interrupted_after(3)
     assert solve(*run) == 130
+    interrupted_after(0)
+    assert solve(*run, "--resume") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+@pytest.mark.parametrize(("method", "steps"), [("taylor", 3), ("ias15", 15)])
+def test_a_run_goes_on_to_the_same_bytes_after_an_impact(
+    folder, interrupted_after, monkeypatch, method, steps
+):
+    """It knows of the last step what it knew: no more, although steps were taken since the impact."""
+    for name in ("FIRST", "MOST_STEPS"):  # it may be interrupted after any step
+        monkeypatch.setattr(stepper, name, 1)
+    (folder / "a.yaml").write_text(
+        "coordinates: {x: {initial: 0, velocity: 1}, a: {initial: 0.3, velocity: 0.7}}\n"
+        "masses: {cart: 1.2, bob: 0.45}\npositions: {cart: [x, 0], bob: [x + sin(a), -cos(a)]}\n"
+        "potential: x**2/16 + 4*bob.y\nevents:\n"
+        "  stop: {when: a + 0.3, direction: falling, action: {set: {a_dot: -a_dot/4}}}\n"
+    )
+    run = ("a.yaml", "--method", method, "--stop", "2", "--samples", "7")
+    run = (*run, "-o", "out.h5")
+    expected = whole(folder, *run)
+    for _ in range(3):
+        interrupted_after(steps)
+        assert solve(*run, "--resume") == 130
     interrupted_after(0)
     assert solve(*run, "--resume") == 0
     assert (folder / "out.h5").read_bytes() == expected

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
+from lagrange_cli import solve
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.methods import passing, stepper
@@ -488,3 +489,19 @@ def test_velocities_that_an_action_sets_are_changed_by_impulses_of_the_constrain
     angle = math.atan2(-0.8, 0.6) + 0.3 * (0.8 * 5 + 0.6 * 1.75)
     assert motion["q/x"][-1] == pytest.approx(math.cos(angle), abs=1e-14)
     assert motion["q/y"][-1] == pytest.approx(math.sin(angle), abs=1e-14)
+
+
+def test_what_rolls_is_moved_as_it_rolls() -> None:
+    """An action sets x, and the sphere moves the other coordinates: only in the direction that is allowed."""
+    text = """
+coordinates: {x: {initial: sqrt(0.98)}, y: {initial: 0.1}, z: {initial: 0.1}}
+masses: {bead: 1}
+positions: {bead: [x, y, z]}
+constraints: {sphere: x**2 + y**2 + z**2 - 1}
+nonholonomic: {rolls: z_dot - 3*y_dot}
+events: {jump: {when: t - 0.5, action: {set: {x: 0.8}}}}
+"""
+    motion = solve(text, stop=1, samples=2)
+    x, y, z = (motion.q[name][-1] for name in "xyz")
+    assert x == 0.8 and z - 0.1 == pytest.approx(3.0 * (y - 0.1), rel=1e-14)
+    assert y**2 + z**2 == pytest.approx(0.36, rel=1e-14)

@@ -8,6 +8,7 @@ import random
 import numpy as np
 import pytest
 
+from lagrange_cli import solve
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.support.motion import FULL, follow, prepared, run, spec_of
@@ -38,6 +39,15 @@ events:
     action: {{set: {{y_dot: A*w*cos(w*t) - e*(y_dot - A*w*cos(w*t))}}}}
 """
 G = 9.81
+
+FALLING = """
+coordinates: {x: {initial: 1}, y: {initial: 0.5}}
+masses: {p: 1, q: 1}
+positions: {p: x, q: y}
+potential: x**2/2 + 9.81*y
+events:
+"""
+KICK = "{{when: {0}, direction: falling, action: {{set: {{x_dot: x_dot + 0.01}}}}}}"
 
 
 @pytest.fixture
@@ -260,6 +270,46 @@ def test_an_event_changes_a_parameter(source):
     assert motion["q/x"] == pytest.approx(np.ones(11), abs=1e-12)
     assert motion["diagnostics/h"] == pytest.approx(np.full(11, 0.5), rel=1e-12)
     assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-13
+
+
+def test_actions_where_friction_turns_happen_as_often_as_without_friction_there(source):
+    """The motion has passed the zero of the velocity when friction has turned, by a rounding error: that is
+    no jump. A record of the same zeros tells how many there are."""
+    text = """
+parameters: {A: 1, w: 1, mu: 1}
+coordinates: {x: {initial: 0}, n: {initial: 0}}
+masses: {block: 1, counter: 1}
+positions: {block: x, counter: n}
+potential: x**2/2
+generalized_forces: {x: A*sin(w*t) - mu*sign(x_dot)}
+events: {turns: """
+    for _ in range(12):
+        drawn = {"x_dot": source.uniform(-0.6, 0.6), "A": source.uniform(0.5, 1.2)}
+        drawn |= {"w": source.uniform(1.0, 5.0), "mu": source.uniform(0.05, 0.4)}
+        acted, noted = (
+            solve(text + event, stop=3, samples=2, set=drawn)
+            for event in ('{when: x_dot, action: {set: {n_dot: "n_dot + 1"}}}}', "x_dot}")
+        )
+        times = noted.events["turns/t"]
+        assert list(acted.events["turns/t"]) == pytest.approx(times, abs=1e-12), drawn
+        assert acted.v["n"][-1] == len(times)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize("also", ["{0}", "{{when: 2*({0}), direction: falling}}", KICK])
+@pytest.mark.parametrize("floor", ["y", "y - 0.1*x", "y + 0.3*sin(t)"])
+def test_events_with_the_same_zero_all_happen(floor, also, method):
+    """Those after a bounce, too, which makes their argument turn: in whatever order they are written."""
+    events = [
+        f"  bounce: {{when: {floor}, direction: falling, action: {{set: {{y_dot: -0.9*y_dot}}}}}}\n",
+        f"  other: {also.format(floor)}\n",
+    ]
+    for one, two in (events, reversed(events)):
+        motion = solve(FALLING + one + two, stop=1.5, samples=2, method=method)
+        times = motion.events["bounce/t"]
+        assert len(times) > 1
+        assert list(motion.events["other/t"]) == pytest.approx(times, abs=1e-12)
 
 
 @pytest.mark.exhaustive(keep=0.25)

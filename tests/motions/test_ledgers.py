@@ -46,6 +46,43 @@ def test_h_stays_over_1000_seconds(system: str, start: dict[str, float], bound: 
     assert len(h) == 2001
 
 
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_ledgers_begin_after_an_impact_at_the_start(precision: str) -> None:
+    """A table that rises hits what lies on it at once. No sample is before this impact."""
+    text = """
+coordinates: {y: {initial: 0}}
+masses: {ball: 1}
+positions: {ball: y}
+potential: y
+events:
+  table: {when: y - sin(t)/5, direction: falling, action: {set: {y_dot: 0.35*cos(t) - 0.75*y_dot}}}
+"""
+    motion = solve(text, stop=0.5, samples=11, outputs=["v", "p", "ledger"], precision=precision)
+    assert list(motion.events["table/t"][:2]) == pytest.approx([0.0, 0.306], abs=1e-3)
+    assert motion.v["y"][:7] == pytest.approx(0.35 - motion.t[:7], abs=1e-15)
+    assert abs(motion.ledger["h"]).max() < 1e-15
+    assert abs(motion.ledger["p/y"]).max() < 1e-15
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_work_that_cancels_is_integrated_from_rest(precision: str) -> None:
+    """Two blocks that push each other do no work on each other, but for rounding errors, which grow with
+    their velocity: at rest, where they begin, there are none."""
+    speed = "(1.5*x_dot + 1.2*y_dot)/2.7"
+    text = f"""
+coordinates: {{x: {{initial: 0}}, y: {{initial: 0}}, z: {{initial: 0}}}}
+masses: {{a: 1.5, b: 1.2, c: 1}}
+positions: {{a: [x], b: [y], c: [z]}}
+potential: -2*x - 0.5*y
+events:
+  touch: {{when: y - x, direction: falling, action: {{set: {{x_dot: "{speed}", y_dot: "{speed}"}}}}}}
+  wall: {{when: z + 1 + t, direction: falling, action: {{set: {{z_dot: -z_dot/2 - 1.5}}}}}}
+"""
+    motion = solve(text, stop=0.2, samples=5, outputs=["q", "ledger"], precision=precision)
+    assert motion.q["x"] == pytest.approx(2.5 / 2.7 * motion.t**2 / 2, rel=1e-15)
+    assert abs(motion.ledger["h"]).max() < 1e-16
+
+
 @pytest.mark.exhaustive(keep=0.45)
 @pytest.mark.parametrize("system", [*NAMES, *CONSTRAINED])
 def test_what_should_stay_stays(system: str) -> None:

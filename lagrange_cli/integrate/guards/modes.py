@@ -50,6 +50,8 @@ class Modes:
         settings = memory[self._layout.settings]
         self._at = settings.ctypes.data, constants.ctypes.data
         """Where parameters, modes and constants are."""
+        self.last_step = np.zeros(1)
+        """The length of the last step, from when steps begin anew."""
         first, step, term = program.series_at
         start = first + step * self._layout.v.start + term
         shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
@@ -91,8 +93,15 @@ class Modes:
         """The arguments of these are 0 now."""
         self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
 
+    def length(self) -> float:
+        """The length of the last step, also where others begin: if compiled code has begun them, as far as
+        that led."""
+        now, led = (float(self.memory[self._layout.at(one)]) for one in (Clock.STEP, Clock.LENGTH))
+        return now or float(self.last_step[0]) or led
+
     def begin_steps(self) -> None:
         """Forget what steps before tell of the next one."""
+        self.last_step[0] = self.length()
         self.memory[self._beginning] = 0.0
 
     def prepare(self) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.events import kept_at_once
 from lagrange_cli.integrate.guards.modes import ROUNDING
 
 NO_TIME, AGAIN = 2.0**-50, 1000
@@ -22,7 +21,7 @@ class AtOnce:
         self._start, self._latest = start, -np.inf
         self.same = 0
         """How many actions there have been at this time."""
-        self._time, self._rates, self._length = -np.inf, np.zeros(count), 0.0
+        self._time, self._rates = -np.inf, np.zeros(count)
         self._ends = np.full(count, -np.inf)
 
     def recurs(self, now: float, none: float) -> bool:
@@ -50,19 +49,13 @@ class AtOnce:
         before, self._ends[event] = self._ends[event], now
         return not self._since(before, now)
 
-    def length(self, length: float) -> float:
-        """The length of a step: of the last one, where none was taken since."""
-        self._length = length or self._length
-        return self._length
-
     def state(self) -> tuple[float, ...]:
         """The numbers that a continued run needs."""
-        numbers = float(self.same), self._latest, self._time, self._length
-        return (*numbers, *self._rates.tolist(), *self._ends.tolist())
+        return (float(self.same), self._latest, self._time, *self._rates.tolist(), *self._ends.tolist())
 
     def restore(self, state: Sequence[float]) -> Sequence[float]:
         """Go on with these numbers; those that follow."""
-        same, self._latest, self._time, self._length = state[:4]
+        same, self._latest, self._time = state[:3]
         self.same, count = int(same), len(self._rates)
-        self._rates, self._ends = (np.array(state[4 + k * count :][:count]) for k in range(2))
-        return state[kept_at_once(count) :]
+        self._rates, self._ends = (np.array(state[3 + k * count :][:count]) for k in range(2))
+        return state[3 + 2 * count :]

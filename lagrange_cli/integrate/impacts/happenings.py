@@ -122,12 +122,13 @@ class Happenings:
 
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
-        return (*self._resting.at_once.state(), *map(float, sorted(self._resting.released)))
+        length = float(self._sides.settling.last_step[0])
+        return (*self._resting.at_once.state(), length, *map(float, sorted(self._resting.released)))
 
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
-        self._resting.released = {int(one) for one in self._resting.at_once.restore(state)}
-        self._resting.length()
+        self._sides.settling.last_step[0], *released = self._resting.at_once.restore(state)
+        self._resting.released = {*map(int, released)}
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""
@@ -188,7 +189,13 @@ class Happenings:
         if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
-        ended = self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+        others = sides.together(event) if event in sides.sets else []  # before the action changes their way
+        others.sort(key=sides.sets.__contains__)  # records before other actions
+        values = sides.all_coefficients()[:, 0].copy()
+        for one in [*(e for e in others if e not in self._resting.impacts), event]:
+            ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, values[one])
+            if ended is not None:
+                return ended
         for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
             other = self._resting.due()
             if ended is not None or other is None:
@@ -196,8 +203,9 @@ class Happenings:
             ended = self._done(other, sides.coefficients(other)[1 : len(NOTES)], sample)
         return ended
 
-    def _done(self, event: int, rates: Array, sample: int) -> Finished | None:
-        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does."""
+    def _done(self, event: int, rates: Array, sample: int, value: float | None = None) -> Finished | None:
+        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does. The
+        argument had this ``value``, beside 0, before others happened at the same time."""
         sides, role = self._sides, self._guards[event + self._sides.first].role
         again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
         rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
@@ -208,7 +216,7 @@ class Happenings:
             return ended
         if event not in sides.sets:
             return self._finished(Ending.STOPPED, event)
-        return self._act(event, sample)
+        return self._act(event, sample, value)
 
     def _finished(self, ending: Ending, event: int) -> Finished:
         return Finished(ending, f"event {self._names[event]!r}")
@@ -248,11 +256,11 @@ class Happenings:
             return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))
         return None
 
-    def _act(self, event: int, sample: int) -> Finished | None:
+    def _act(self, event: int, sample: int, value: float | None) -> Finished | None:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
-        length = self._resting.length()
+        length = sides.settling.length()
         side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_now()
         self._resting.noise()
         switches = sides.switches()
@@ -277,7 +285,7 @@ class Happenings:
         chosen[resting] = False
         self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
-            near = 2.0 * abs(rows[e, 0]) if e == event else 0.0
+            near = 2.0 * abs(rows[e, 0] if value is None else value) if e == event else 0.0
             if e == event and self._program.constraints:  # which have moved it by rounding errors
                 near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
             sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))

@@ -54,8 +54,8 @@ class Resting:
 
     def __init__(self, sides: Sides, start: float, trial: Array) -> None:
         self._sides, self._start = sides, start
-        self._shared = trial[sides.program.trial - 1 :] if sides.program.joined else np.zeros(1)
-        """The length of the last step, which compiled code knows where it does impacts at one time."""
+        if sides.program.joined:  # compiled code does impacts at one time, and notes the last step, too
+            sides.settling.last_step = trial[sides.program.trial - 1 :]
         rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
         self.impacts = sides.program.slowing.keys()
         """The events that are impacts which reduce the speed."""
@@ -71,7 +71,7 @@ class Resting:
         self.released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
         self._touching = Touching(sides, self.guards)
-        self.at_once = AtOnce(len(sides.program.events), start, sides.program.parts)
+        self.at_once = AtOnce(count, start, sides.program.parts)
         self.times = sides.memory[sides.guards.times(sides.layout)].reshape(-1, 2)
         """When each event has acted last."""
 
@@ -82,19 +82,13 @@ class Resting:
     def _low(self) -> float:
         return float(self._sides.memory[self._sides.layout.at(Clock.TIME_LOW)])
 
-    def length(self) -> float:
-        """The length of the last step."""
-        now = float(self._sides.memory[self._sides.layout.at(Clock.STEP)])
-        self._shared[0] = self.at_once.length(now or float(self._shared[0]))
-        return float(self._shared[0])
-
     def noise(self) -> Array:
         """Up to which rates events' arguments are at rest."""
-        now = self._sides.now
+        now, length = self._sides.now, self._sides.settling.length()
         time = now - self._start
         rates, gained, near = self._sides.at_present("rates", self._rates)
         self._touching.time, self._touching.near = time, near
-        return self.at_once.noise(now, rates, gained * min(1.0, self.length() / time) if time else rates)
+        return self.at_once.noise(now, rates, gained * min(1.0, length / time) if time else rates)
 
     def _rates(self) -> tuple[Array, Array, Array]:
         """The sizes of the terms of the rates of arguments, and of what they have gained by accelerations,
@@ -111,7 +105,7 @@ class Resting:
         sides = self._sides
         if sides.at_zero(event) or not sides.coefficients(event)[0] * sides.side(event) < 0.0:
             return False
-        return sides.has_jumped(event, self.length(), self.near(event))
+        return sides.has_jumped(event, sides.settling.length(), self.near(event))
 
     def near(self, event: int) -> float:
         """How far from 0 an argument is by rounding, at most: besides what its own terms tell."""
@@ -163,7 +157,7 @@ class Resting:
     def _none(self) -> float:
         """Up to which length flights take no time where several bodies hit one another."""
         several = np.count_nonzero(self._sides.modes[self._touching.now()]) > 1
-        return LAST * self._longest(self.length()) if several else 0.0
+        return LAST * self._longest(self._sides.settling.length()) if several else 0.0
 
     def _back(self) -> Array:
         """What leads arguments back to 0."""

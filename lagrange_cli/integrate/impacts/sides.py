@@ -15,6 +15,8 @@ from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.impacts.impulses import Impulses
 from lagrange_cli.native.state import Clock
 
+SAME = 2.0**-46
+"""Zeros within this part of the time, or of a step, are at the same time."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 KNOWN = 4
@@ -83,6 +85,16 @@ class Sides:
             return False
         noise = ROUNDING * self.sizes()[event]
         return bool(value >= -max(noise[0], near) and rate > noise[1])
+
+    def together(self, event: int) -> list[int]:
+        """The other events whose arguments become 0 at the same time as that of an ``event``."""
+        values, rates = self.all_coefficients()[:, :2].T
+        time = SAME * max(abs(self.now), self.settling.length())
+        due = (np.abs(values) <= np.abs(rates) * time) & (rates * self.modes < 0.0)
+        due &= (self.marks == 0.0) & (self.modes * self.directions <= 0.0)
+        due[event] = False
+        found: list[int] = np.flatnonzero(due).tolist()
+        return found
 
     def has_jumped(self, event: int, length: float, near: float) -> bool:
         """Whether its argument, which is beyond 0, jumps, as over the cut of atan2: by more than rounding,

@@ -244,11 +244,13 @@ def numbers_of(node: Node) -> Iterable[float]:
 
 
 def is_trivial(found: Found, change: Change, node: Node, known: Sequence[Node] | None = None) -> bool:
-    """Whether a current is trivial: a coordinate grows linearly; and where it is no momentum, what follows
-    from other currents, or from those that are ``known``."""
+    """Whether a current is trivial: it is 0 wherever the constraints hold; a coordinate grows linearly; and
+    where it is no momentum, what follows from other currents, or from those that are ``known``."""
     model = found.model
     time, places = model.time.symbols, union(model.q)
     if not change.directions and change.time is None:
+        return True
+    if model.constraints and found.noether.vanishes(node):
         return True
     rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
     turning = (

@@ -249,6 +249,10 @@ class Noether(OfModel):
         scaled = [[(factor * node, 1.0) for node in nodes] for factor, nodes in parts]
         return [self.graph.sum(terms) for terms in zip(*scaled)]
 
+    def vanishes(self, node: Node) -> bool:
+        """Whether it is proven of an expression that it is 0 wherever the constraints hold."""
+        return self._vanish([[node]]) == [True]
+
     def _vanish(self, lists: Sequence[Sequence[Node]]) -> list[bool]:
         """Whether it is proven of all expressions in each list that they are 0."""
         lists = self._where_constraints_hold(lists)

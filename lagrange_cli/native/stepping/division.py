@@ -113,11 +113,16 @@ class Division:
         parts.go((zero, zero))
         with f.forever() as rounds:
             tau = reached.get(), beyond.get()
+            left = difference(step, tau)
             with f.when(refused.get() & (since.get() >= PATIENT)):
                 measure_rounding(parts, tau)
+                ended = moved_on(tau, f.smaller(gap.get(), left[0]))  # what is at rest here may move there
+                parts.go(ended)
+                measure_rounding(parts, ended)
+                parts.go(tau)
                 since.set(f.count(0))
                 gap.set(zero)
-            near, left = gap.get() > 0.0, difference(step, tau)
+            near = gap.get() > 0.0
             asked = self.asked(left[0], tau)
             usual.set(f.larger(asked, usual.get() * LAG))
             resolved = ((f.magnitude(t) + tau[0]) * bounds.ulp + step[0] * bounds.grain) * stretch.get()

@@ -87,6 +87,17 @@ def test_what_constraints_on_velocities_keep_makes_nothing_new() -> None:
     assert "sin(alpha)*sin(th)" in integral
 
 
+def test_what_is_0_wherever_constraints_hold_is_not_told() -> None:
+    """The constraint times a momentum, for example."""
+    found = told("""
+        coordinates: {x: {initial: 0.6}, y: {initial: 0.8}}
+        lagrangian: x_dot**2*(1 + x**2)/2 + y_dot**2/2 - x**4
+        generalized_forces: {x: cos(t)}
+        constraints: {c: x**2 + y**2 - 1}
+        """)
+    assert not found
+
+
 PAIR = """
 parameters: {{m: 1, M: 2, k: 3}}
 coordinates: {{x: {{initial: 1}}, y: {{initial: 0}}, X: {{initial: 0}}, Y: {{initial: 2}}}}
