@@ -47,8 +47,8 @@ class AtZero(Crossing):
     def let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
         soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
-        is of use beside forces that have no series there: these act as soon as they are felt. Those that
-        a force may hold have been tried before."""
+        is of use where forces jump, which have a value at 0, and beside forces that have no series there:
+        these act as soon as they are felt. Those that a force may hold have been tried before."""
         modes, exact = self.modes.copy(), list[int]()
         still = [j for j in guards if modes[j] and not self._rows.guards[j].multiplier]
         if not still:
@@ -65,8 +65,9 @@ class AtZero(Crossing):
                 exact = [j for j, value in zip(still, values) if value == 0.0]
                 break
             still = [j for j, one in zip(still, stay) if one]
+        before, own = self._series().copy(), self._layout.degrees
         self.modes[exact] = -modes[exact]
-        smooth = not exact or not self._infinite()
+        smooth = not exact or (not self._infinite() and np.array_equal(self._series()[:own], before[:own]))
         self.modes[exact] = modes[exact]
         still = [j for j in still if j not in exact or not smooth]
         if not still:

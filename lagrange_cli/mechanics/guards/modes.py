@@ -43,6 +43,8 @@ class Modes:
         self.unbounded = {one for one in unbounded(self.graph, rows, self.moving) if not one.symbols & speeds}
         """Places that nothing holds at 0, as forces are unbounded there. Of velocities a pole may be an end
         that motions reach."""
+        self.pushed = self._pushed(rows)
+        """By argument of switches, the coordinates on which forces with these switches act, and constraints."""
         self.inertial = self._inertial(rows)
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
         for vector in vectors(residual):
@@ -61,6 +63,14 @@ class Modes:
                 self.graph.symbol(f"multiplier {first + i}") for i in range(len(vector.parts))
             ]
         self.holding = union(self.multipliers)
+
+    def _pushed(self, rows: Sequence[Node]) -> dict[Node, set[int]]:
+        found: dict[Node, set[int]] = {}
+        for k, row in enumerate(rows):
+            for node in reachable([row]):
+                if node.kind is Kind.SWITCH:
+                    found.setdefault(node.arguments[0], set()).add(k)
+        return found
 
     def _inertial(self, rows: Sequence[Node]) -> set[Node]:
         """Switches in masses, in momenta, and in factors of accelerations."""
@@ -135,12 +145,12 @@ class Modes:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[0])
         able = self._moves(original) and original not in self.free | self.unbounded and not self.closed
-        if guard.auxiliary is None and able:
+        if guard.auxiliary is None and able and self._is_moved(original):
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
             self.holding |= self.multipliers[-1].symbols
         if guard.auxiliary is None:
-            return graph.switch(guard.mode, above, below, -1)
+            return graph.switch(guard.mode, above, below, node.data)
         if self._reverses(node):
             self.guards[original] = replace(guard, reverses=True)
         multiplier = self.multipliers[guard.auxiliary]
@@ -182,6 +192,23 @@ class Modes:
         """Whether a switch may have two values where its argument is 0."""
         argument, above, below = node.arguments
         return not vanishes_with(self.graph, above - below, argument)
+
+    def _is_moved(self, argument: Node) -> bool:
+        """Whether forces with switches by an argument may change its accelerations. Where they act on others
+        alone, they cannot hold it at 0."""
+        residual, model = self.residual, self.residual.model
+        if residual.cyclic_momenta or residual.dependent or argument.symbols & self.holding:
+            return True
+        moved = {k for k, one in enumerate(zip(model.q, model.v)) if argument.symbols & union(one)}
+        together = [set(block) for block in residual.blocks]
+        for contact in residual.contacts:
+            entries = zip(contact.force, contact.direction)
+            together.append({k for k, pair in enumerate(entries) if not all(one.is_zero for one in pair)})
+        found, before = set(self.pushed.get(argument, moved)), set[int]()
+        while found != before:
+            before = set(found)
+            found.update(*(group for group in together if group & found))
+        return not found.isdisjoint(moved)
 
     def _moves(self, argument: Node) -> bool:
         """Whether it depends on more than the time."""
