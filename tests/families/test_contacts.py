@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -118,9 +120,9 @@ events:
     prepared, acted = ready(text), list[int]()
     act = Happenings._act
 
-    def counting(self: Happenings, event: int, sample: int) -> Finished | None:
+    def counting(self: Happenings, event: int, *given: Any) -> Finished | None:
         acted.append(event)
-        return act(self, event, sample)
+        return act(self, event, *given)
 
     monkeypatch.setattr(Happenings, "_act", counting)
     assert {one[2] for one in prepared.machine.program.events} == {EXPLICIT}
@@ -304,9 +306,9 @@ def test_compiled_code_does_elastic_actions_beside_contacts(monkeypatch: pytest.
     text, acted = BALLS.format(count=3, across=across, up=up, events=events), list[int]()
     act = Happenings._act
 
-    def counting(self: Happenings, event: int, sample: int) -> Finished | None:
+    def counting(self: Happenings, event: int, *given: Any) -> Finished | None:
         acted.append(event)
-        return act(self, event, sample)
+        return act(self, event, *given)
 
     monkeypatch.setattr(Happenings, "_act", counting)
     found = followed(ready(text), text, 3.1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -50,9 +52,9 @@ def test_what_bounces_stays_above_the_floor(
     """However low the last flights are; compiled code does all impacts but the last ones of each member."""
     acted, act = [0], Happenings._act
 
-    def counting(self: Happenings, event: int, sample: int) -> Finished | None:
+    def counting(self: Happenings, event: int, *given: Any) -> Finished | None:
         acted[0] += 1
-        return act(self, event, sample)
+        return act(self, event, *given)
 
     monkeypatch.setattr(Happenings, "_act", counting)
     across, up, events = contacts.CASES["a floor that drags"]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.impacts import actions
-from lagrange_cli.integrate.guards import modes
 from lagrange_cli.integrate.impacts.happenings import Happenings
 from lagrange_cli.integrate.impacts.impulses import Impulses
 from lagrange_cli.integrate.samples import Samples
+from lagrange_cli.integrate.workspace import Accelerated
 from tests.families import test_contacts as contacts
 from tests.families import test_gases as gases
 from tests.families.test_actions import BOBS
@@ -132,7 +132,7 @@ def per_impact(text: str, stop: float, owner: object, name: str, patch: pytest.M
 
 def series(patch: pytest.MonkeyPatch) -> tuple[object, str]:
     """What computes the series of a state."""
-    return modes, "accelerated"
+    return Accelerated, "rates"
 
 
 def stops(patch: pytest.MonkeyPatch) -> tuple[object, str]:

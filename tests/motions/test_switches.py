@@ -259,3 +259,51 @@ def test_charges_on_a_ring_move_as_with_distances_that_have_no_sides():
     sided, plain = ([motion[f"q/a[{i}]"] for i in range(4)] for motion in motions)
     np.testing.assert_allclose(sided, plain, rtol=0, atol=1e-12)
     assert np.ptp(sided, axis=1).min() > 0.01
+
+
+AT_ZERO = """
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+masses: {p: 1, q: 1}
+positions: {p: x, q: y}
+potential: x**2/2
+generalized_forces: {y: "FORCE"}
+"""
+
+
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize(
+    ("force", "value"),
+    [
+        ("sign(x_dot)", 0.0), ("sign(x)", 0.0), ("2 + 3*sign(x_dot - 4*x)", 2.0), ("where(x > 0, 1, 5)", 5.0),
+        ("where(x >= 0, 1, 5)", 1.0), ("where(x_dot < 0, 1, 5)", 5.0), ("where(x_dot <= 0, 1, 5)", 1.0),
+    ],
+)  # fmt: skip
+def test_a_switch_whose_argument_stays_0_has_its_value_there(force: str, value: float, method: str) -> None:
+    """That of ``sign`` is 0, and a condition holds or does not. The force acts on another coordinate, so that
+    it does not hold this one there."""
+    motion = follow(AT_ZERO.replace("FORCE", force), 2.0, 5, method=method, tolerance=1e-12)
+    assert motion["q/y"] == pytest.approx(value * motion.t**2 / 2, rel=1e-12, abs=1e-300)
+    moved = AT_ZERO.replace("FORCE", force).replace("x: {initial: 0}", "x: {initial: 0.5}")
+    motion = follow(moved, 2.0 * math.pi, 5, method=method, tolerance=1e-12)
+    sides = [-1.0, 1.0] if "4*x" not in force else [5.0, -1.0]  # as long on one side as on the other
+    mean = {"sign(x_dot)": 0.0, "sign(x)": 0.0}.get(force, sum(sides) / 2 if "4*x" in force else 3.0)
+    assert motion["v/y"][-1] == pytest.approx(2.0 * math.pi * mean, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+def test_a_force_that_acts_in_the_air_alone_acts_in_each_flight(method: str) -> None:
+    """A ball bounces with e = 1/2 until it rests. Steps on rates are longer than flights."""
+    text = """
+parameters: {e: 0.5}
+coordinates: {x: {initial: 0.3}, y: {initial: 0}}
+masses: {p: 1, q: 1}
+positions: {p: x, q: y}
+potential: x
+generalized_forces: {y: "where(x > 0, 1, 0)"}
+events: {hit: {when: x, direction: falling, action: {set: {x_dot: -e*x_dot}}}}
+"""
+    motion = follow(text, 20.0, 41, method=method, tolerance=1e-12)
+    fall = math.sqrt(0.6)
+    flights = [fall, *(2.0 * fall * 0.5**k for k in range(1, 60))]
+    assert motion["v/y"] == pytest.approx(np.minimum(motion.t, sum(flights)), abs=1e-7)

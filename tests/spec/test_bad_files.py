@@ -269,7 +269,9 @@ bodies:
     ("name: pendulum", "observables: {}\npotential: |theta|", [
         (2, "", "block scalar", "write abs(x) for |x|"),
     ]),
-    ("  m: 1", "  spring k: 1", [(3, "spring k", "cannot be called 'spring k'", "call it spring_k: a name")]),
+    ("  m: 1", "  m: 1\n  spring k: 1", [
+        (4, "spring k", "cannot be called 'spring k'", "call it spring_k: a name"),
+    ]),
     ("name: pendulum", "observables: {e: theta# it}", [(1, "#", "misplaced '#'", "a space before the #")]),
     ("name: pendulum", 'solve: {step: "(0, 1)"}', [(1, "(0, 1)", "expected a scalar", "take a component")]),
     ("name: pendulum", "solve: {tmax: 1, dt: 2}", [

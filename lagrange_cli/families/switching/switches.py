@@ -25,7 +25,7 @@ from lagrange_cli.families.switching.switched import Switched
 from lagrange_cli.families.switching.vector_friction import DIRECTIONS, with_lengths
 from lagrange_cli.mechanics.guards.modes import three_ways
 from lagrange_cli.mechanics.substitution import rewritten, substituted
-from lagrange_cli.mechanics.switching.switches import where_zero
+from lagrange_cli.mechanics.switching.switches import vanishes_with, where_zero
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -303,7 +303,9 @@ class Switching(Switched):
                 if any(is_root(one, self.moving) for one in reachable([above, below])):  # no number there
                     at_zero = where_zero(self.graph, above, argument)
                     return three_ways(self.graph, mode, above, below, at_zero)
-                return self.graph.switch(mode, above, below, -1)
+                original, one, other = node.arguments
+                jumps = not vanishes_with(self.graph, one - other, original)
+                return self.graph.switch(mode, above, below, node.data if jumps else -1)
             if slot is not None and isinstance(slot.array, Total):
                 return self.slots.symbol(domain, self.of(slot.array), slot.table)
             return None

@@ -79,6 +79,7 @@ class Happenings:
         motion back there."""
         sides = self._sides
         self._resting.times[:] = np.nan
+        held = self._resting.held()
         new, sizes = sides.act_now()
         rows = sides.all_coefficients()
         for e, (size, rate) in enumerate(sizes):
@@ -96,6 +97,7 @@ class Happenings:
             elif sides.at_zero(e) and direction and sides.side(e) == direction and sides.turns(e, new):
                 sides.settling.modes[e + sides.first] = -float(direction)
         self._resting.together()
+        self._choose_switches(held)
         if self._standstill.possible:
             self._standstill.hold()
         return None
@@ -179,7 +181,8 @@ class Happenings:
             return self._recurs(event, sides.now)
         event = self._resting.fastest(event)
         if self._resting.touches(event):
-            goes_on = self._resting.touch(event)
+            held, goes_on = self._resting.held(), self._resting.touch(event)
+            self._choose_switches(held)
             return self._recurs(event, sides.now) if goes_on else self._finished(Ending.RECURRING, event)
         if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
             sides.flip(event)
@@ -260,7 +263,7 @@ class Happenings:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
-        length = sides.settling.length()
+        length, held = sides.settling.length(), self._resting.held()
         side, rows, (values, _) = sides.side(event), sides.all_coefficients(), sides.act_now()
         self._resting.noise()
         switches = sides.switches()
@@ -301,10 +304,17 @@ class Happenings:
                 if self._drags(event, before):
                     ended = self._finished(Ending.DRAGGED, event)
         self._resting.together()
+        self._choose_switches(held)
         self._resting.note(event)
         changed = parameters, sides.parameters()
         self._sink.changed(Change(sample, now, before, sides.state(sides.memory), changed))
         return ended
+
+    def _choose_switches(self, held: Array) -> None:
+        """Choose the modes of switches where other contacts hold bodies together than those that were
+        ``held``: arguments may stay 0 from now on."""
+        if self._sides.settling.count and not np.array_equal(held, self._resting.held()):
+            self._sides.settling.begin_switches()
 
     def _refused(self, event: int, parameters: Array) -> Finished | None:
         """Why the motion cannot go on from where an action has put it, which had these ``parameters``."""

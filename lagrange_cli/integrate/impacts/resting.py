@@ -100,6 +100,11 @@ class Resting:
         gained = sides.act_on(state)[1][:, 1]
         return rates, gained, ROUNDING * time * (rates + gained)
 
+    def held(self) -> Array:
+        """Which contacts hold bodies together: their modes."""
+        modes: Array = self._sides.settling.modes[self._rests[self.rests]]
+        return modes
+
     def has_jumped(self, event: int) -> bool:
         """Whether an argument is beyond 0 because it jumps, not by rounding."""
         sides = self._sides

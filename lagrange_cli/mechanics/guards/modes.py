@@ -44,7 +44,7 @@ class Modes:
         """Places that nothing holds at 0, as forces are unbounded there. Of velocities a pole may be an end
         that motions reach."""
         self.pushed = self._pushed(rows)
-        """By argument of switches, the coordinates on which forces with these switches act, and constraints."""
+        """By argument of switches, the rows that contain such switches."""
         self.inertial = self._inertial(rows)
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
         for vector in vectors(residual):

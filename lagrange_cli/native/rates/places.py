@@ -14,9 +14,10 @@ EVALUATIONS, STALLED, SPAN, PATH, LONGEST, ROUNDED = range(CARRIED_COUNT, CARRIE
 what tells whether the motion is stuck (``stalling``), and whether rounding errors of rates are known
 (``rates.noise``)."""
 
-LATER, TRIED, WITHIN = range(EVALUATIONS + 1, EVALUATIONS + 4)
+LATER, TRIED, WITHIN, RISES = range(EVALUATIONS + 1, EVALUATIONS + 5)
 """Beside the length that is chosen: the largest acceleration a little later, of what rests without any; the
-length that is tried, where forces may cancel at rest; and up to where what guards look at is known."""
+length that is tried, where forces may cancel at rest; up to where what guards look at is known; and whether
+what begins at 0 rises if it seems to do so farther on (``Roots``)."""
 
 
 def span_of(layout: StateLayout) -> int:

@@ -17,7 +17,17 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.nodes import RatesAtNodes
 from lagrange_cli.native.rates.noise import RateNoise
-from lagrange_cli.native.rates.places import EVALUATIONS, HEAD, HEADER, LENGTH, LONGEST, NEXT, TRIED, Places
+from lagrange_cli.native.rates.places import (
+    EVALUATIONS,
+    HEAD,
+    HEADER,
+    LENGTH,
+    LONGEST,
+    NEXT,
+    RISES,
+    TRIED,
+    Places,
+)  # fmt: skip
 from lagrange_cli.native.rates.stalling import Stalling
 from lagrange_cli.native.rates.watching import Watching, watched_rows
 from lagrange_cli.native.state import Clock, StateLayout
@@ -79,7 +89,8 @@ class RateSteps(RatesAtNodes):
         if self.guards:
             assert given.guards
             longest = layout.carried_at + LONGEST
-            self.guards = replace(self.guards, interpolated=True, tolerance=given.tolerance, longest=longest)
+            kept = replace(self.guards, longest=longest, rises=places.chosen + RISES)
+            self.guards = replace(kept, interpolated=True, tolerance=given.tolerance)
             self.watching = Watching(self, places, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:

@@ -15,7 +15,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.nodes import RatesAtNodes
-from lagrange_cli.native.rates.places import HEAD, WITHIN, Places
+from lagrange_cli.native.rates.places import HEAD, RISES, WITHIN, Places
 from lagrange_cli.native.rates.reversals import Reversals, parts_of
 from lagrange_cli.native.stepping.polynomial import polynomial, weighed
 from lagrange_cli.native.stepping.roots import NONE, points_of
@@ -31,7 +31,8 @@ often."""
 NEARER, DOUBTS = 0.0625, 8
 """Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often;
 likewise where only a part of it is examined. Polynomials of long steps have errors in which what hardly moves
-is lost."""
+is lost. Only then does the first value behind 0 tell where it leads: an argument may go back, and be on its
+side again there."""
 NOTED = len(NOTES)
 """The highest coefficient of an argument that is noted where an event happens."""
 NOW = 2.0**-60
@@ -71,7 +72,8 @@ class Watching:
     in ``%work``."""
 
     def __init__(self, steps: RatesAtNodes, at: Places, rows: tuple[int, ...], degree: int) -> None:
-        self.steps, self.begin, self.values, self.within = steps, at.begin, at.values, at.chosen + WITHIN
+        self.steps, self.begin, self.values = steps, at.begin, at.values
+        self.within, self.rises = at.chosen + WITHIN, at.chosen + RISES
         self.rows, self.degree = rows, degree
         self.points = points_of(degree)
         assert steps.guards
@@ -160,6 +162,7 @@ class Watching:
         steps, guards = self.steps, self.steps.guards
         assert guards
         unit, none, length = f.constant(1.0), f.constant(NONE), f.variable(Real(f, "%h"))
+        f.store(f.constant(0.0), "%work", self.rises)
         with f.section() as sure, f.loop(0, DOUBTS, tested=False):
             root, which, known = guards.first(f, length.get(), unit)
             within = f.load("%work", self.within)
@@ -171,6 +174,14 @@ class Watching:
                 f.give(none, which, length.get())
         h = length.get()
         root, which, known = guards.first(f, h, unit)
+        places = f.variable(root), f.variable(which), f.variable(known)
+        with f.when(root < 0.0):
+            f.store(unit, "%work", self.rises)
+            root, which, known = guards.first(f, h, unit)
+            places[0].set(root)
+            places[1].set(which)
+            places[2].set(known)
+        root, which, known = places[0].get(), places[1].get(), places[2].get()
         with f.when(~((root > h * AT_ONCE) & (root <= known))):
             now = (root > 0.0) & (root <= f.magnitude(steps.now(f)) * NOW)
             f.give(f.select(now, f.constant(0.0), root), which, known)

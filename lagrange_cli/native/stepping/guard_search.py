@@ -52,6 +52,8 @@ class GuardSearch:
     """That of steps on rates."""
     longest: int = 0
     """Where in the state the longest one so far is."""
+    rises: int = 0
+    """Where ``%work`` tells whether polynomials rise that seem to do so farther on."""
     near: NearPlaces | None = None
     """Where ``%work`` tells which guards that are side by side have series in this step, if others have none
     (``native.families.nearness``)."""
@@ -168,7 +170,8 @@ class GuardSearch:
             u = f.load(row, self.lengths.term)
             clear = start + u * side + f.magnitude(u) > size * CLEARLY
             with f.when(fresh | ~clear):
-                found = f.call(Real, "first_root", scratch, reach.get(), start, side, fresh)
+                rises = f.load("%work", self.rises) > 0.0 if self.interpolated else Bit(f, "false")
+                found = f.call(Real, "first_root", scratch, reach.get(), start, side, fresh, rises)
                 with f.when(found < earliest.get()):
                     earliest.set(found)
                     which.set(j)

@@ -49,13 +49,13 @@ def points_of(degree: int) -> list[float]:
 
 @dataclass(frozen=True)
 class Roots:
-    """``@first_root(d, h, start, side, fresh)``: the time in a step of ``h`` when ``start`` + ``side`` u
-    stops being positive; ``NONE`` or ``BACK``.
+    """``@first_root(d, h, start, side, fresh, rises)``: the time in a step of ``h`` when ``start`` + ``side``
+    u stops being positive; ``NONE`` or ``BACK``.
 
     ``d`` has the terms of u that ``@known`` puts there, and room behind them (``room`` doubles in all). The
     coefficients of the quadrature of u, up to ``order``, are ``term`` doubles apart. If it is ``fresh``, the
     sum is 0 where the step begins: then this root does not count, and the next coefficient tells the side to
-    which the motion goes."""
+    which the motion goes; or if it ``rises``, the first value behind 0, if that is positive."""
 
     order: int
     term: int
@@ -169,7 +169,7 @@ class Roots:
         return apart & ~(tail > total.get() * CONVERGED)
 
     def _first_root(self) -> Function:
-        given = "ptr noalias %d, double %h, double %start, double %side, i1 %fresh"
+        given = "ptr noalias %d, double %h, double %start, double %side, i1 %fresh, i1 %rises"
         f = Function(f"define internal double @first_root({given}) #0")
         h, fresh, none = Real(f, "%h"), Bit(f, "%fresh"), f.constant(NONE)
         d = f.pointer("%d")
@@ -180,7 +180,8 @@ class Roots:
                 f.store_row(f.zero(LANES), d, LANES * (self.vectors + k))
             self._counting(f, d, total, first, none)
             if self.interpolated:
-                self._begin_at_first_point(f, d, first, none)
+                with f.when(Bit(f, "%rises")):
+                    self._begin_at_first_point(f, d, first, none)
         begins = f.load(d, first.get())
         with f.when(begins < 0.0):
             f.give(f.select(fresh, f.constant(BACK), f.constant(0.0)))

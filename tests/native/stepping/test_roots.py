@@ -35,7 +35,7 @@ def first_root() -> First:
     """``@first_root`` for a polynomial, compiled."""
     roots = Roots(ORDER, 1)
     pointer, real = ctypes.c_void_p, ctypes.c_double
-    kinds = pointer, real, real, real, ctypes.c_bool
+    kinds = pointer, real, real, real, ctypes.c_bool, ctypes.c_bool
     code = compiled(roots, "double @first_root")
     call = ctypes.CFUNCTYPE(real, *kinds)(code.address("first_root"))
 
@@ -44,7 +44,7 @@ def first_root() -> First:
         scratch = np.full(roots.room, np.nan)
         scratch[: 8 * roots.vectors] = 0.0
         scratch[: len(u.coef)] = u.coef * h ** np.arange(len(u.coef))
-        return float(call(scratch.ctypes.data, h, 0.0, side, fresh))
+        return float(call(scratch.ctypes.data, h, 0.0, side, fresh, False))
 
     return first
 
