@@ -526,3 +526,27 @@ def test_other_switches_go_through_the_members(potential: str, monkeypatch: pyte
     keep_families(monkeypatch, whole=True)
     text = BEADS.replace("{potential}", potential).format(count=3)
     assert family_run(read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, OUTPUTS)) is None
+
+
+AT_ZERO = """
+sizes: {N: 20}
+coordinates: {"x[i in range(N)]": {initial: 0}, "y[i in range(N)]": {initial: 0}}
+masses: {"p[i in range(N)]": 1, "q[i in range(N)]": 1 + i}
+positions: {"p[i in range(N)]": ["x[i]"], "q[i in range(N)]": ["y[i]"]}
+potential: sum(x[i]**2/2 for i in range(N))
+generalized_forces: {"y[i in range(N)]": "FORCE"}
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("force", "value"), [("sign(x[i])", 0), ("2 + sign(x_dot[i])", 2), ("where(x[i] > 0, 1, 3)", 3),
+                         ("where(x[i] >= 0, 1, 3)", 1), ("where(x_dot[i] < 0, 1, 3)", 3)],
+)  # fmt: skip
+def test_switches_whose_arguments_stay_0_have_their_values_there(
+    force: str, value: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keep_families(monkeypatch, whole=True)
+    text = AT_ZERO.replace("FORCE", force)
+    found = followed(ready(text), text, 2.0)
+    assert found["v/y"][-1] == pytest.approx(2.0 * value / (1.0 + np.arange(20)), rel=1e-14, abs=1e-300)

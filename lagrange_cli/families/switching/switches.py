@@ -288,6 +288,14 @@ class Switching(Switched):
             return -mode
         return mode * (1.0 - 2.0 * self.slots.symbol(domain, self.system.whole, turned.astype(np.int64)))
 
+    def _has_value_at_zero(self, node: Node, domain: Domain) -> bool:
+        """Whether a switch has a value of its own where its argument stays 0: one that jumps, and holds
+        nothing there."""
+        argument, above, below = node.arguments
+        if any(one.term.domain is domain and one.argument is argument for one in self.friction):
+            return False
+        return not vanishes_with(self.graph, above - below, argument)
+
     def _frozen(self, root: Node, domain: Domain) -> Node:
         """An expression of the members of a domain, with modes."""
         passed = {*self.followed([root])}
@@ -303,9 +311,8 @@ class Switching(Switched):
                 if any(is_root(one, self.moving) for one in reachable([above, below])):  # no number there
                     at_zero = where_zero(self.graph, above, argument)
                     return three_ways(self.graph, mode, above, below, at_zero)
-                original, one, other = node.arguments
-                jumps = not vanishes_with(self.graph, one - other, original)
-                return self.graph.switch(mode, above, below, node.data if jumps else -1)
+                at = node.data if self._has_value_at_zero(node, domain) else -1
+                return self.graph.switch(mode, above, below, at)
             if slot is not None and isinstance(slot.array, Total):
                 return self.slots.symbol(domain, self.of(slot.array), slot.table)
             return None

@@ -65,11 +65,8 @@ class AtZero(Crossing):
                 exact = [j for j, value in zip(still, values) if value == 0.0]
                 break
             still = [j for j, one in zip(still, stay) if one]
-        before, own = self._series().copy(), self._layout.degrees
-        self.modes[exact] = -modes[exact]
-        smooth = not exact or (not self._infinite() and np.array_equal(self._series()[:own], before[:own]))
-        self.modes[exact] = modes[exact]
-        still = [j for j in still if j not in exact or not smooth]
+        if exact and self._is_smooth(exact):
+            still = [j for j in still if j not in exact]
         if not still:
             return
         self.modes[still] = 0.0
@@ -77,6 +74,15 @@ class AtZero(Crossing):
             self.modes[still] = modes[still]
         else:
             self.marks[still] = -LARGER * self._noise()[still]
+
+    def _is_smooth(self, guards: list[int]) -> bool:
+        """Whether accelerations are finite and the same with the opposite modes of some guards."""
+        own, modes = self._layout.degrees, self.modes.copy()
+        before = self._series()[:own].copy()
+        self.modes[guards] = -modes[guards]
+        smooth = not self._infinite() and np.array_equal(self._series()[:own], before)
+        self.modes[guards] = modes[guards]
+        return smooth
 
     def begin_at_rest(self, values: Array) -> None:
         """Let arguments rest that have other ``values`` than 0 by rounding alone where the motion begins, and

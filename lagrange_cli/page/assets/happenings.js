@@ -48,6 +48,7 @@ class Happenings {
 
   // Choose the sides where the motion begins: a zero there is no event.
   begin() {
+    const held = this.held();
     this.memory.fill(NaN, this.rows.times, this.rows.times + 2 * this.events.length);
     const { values, sizes } = this.actOn(this.state(this.memory));
     for (const [e, [size, rate]] of sizes.entries()) {
@@ -60,7 +61,16 @@ class Happenings {
         else if (this.changesNothing(e, values)) return `${this.name(e)} happens again and again at the same time`;
       }
     }
+    this.chooseSwitches(held);
     return "";
+  }
+
+  // The modes of contacts.
+  held() { return [...this.rests.values()].map((j) => this.modes[j]); }
+
+  // Choose the modes of switches where other contacts hold: arguments may stay 0 from now on.
+  chooseSwitches(held) {
+    if (this.held().some((one, k) => one !== held[k])) this.settling.beginSwitches();
   }
 
   changesNothing(e, values) {
@@ -109,7 +119,9 @@ class Happenings {
     if (this.hasJumped(e)) { this.modes[due] *= -1; return this.recurs(e, this.settling.now); }
     if (this.leavesZero(e)) { this.settling.mark([due]); return this.recurs(e, this.settling.now); }
     if (this.atZero(e) && !this.drivenBack(e)) {
+      const held = this.held();
       if (this.rests.has(e)) this.hold(e, this.side(e)); else this.flip(e);
+      this.chooseSwitches(held);
       return this.recurs(e, this.settling.now);
     }
     if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
@@ -147,7 +159,7 @@ class Happenings {
   // Change what the event's action changes.
   act(e, sample) {
     const now = this.settling.now, earlier = this.state(this.memory);
-    const length = this.settling.clock(Clock.STEP), side = this.side(e);
+    const length = this.settling.clock(Clock.STEP), side = this.side(e), held = this.held();
     const rows = this.allCoefficients(), { values } = this.actOn(earlier);
     if (!this.put(e, values)) return `the action of ${this.name(e)} gives no finite value`;
     const { masses } = this.actOn(this.state(this.memory));
@@ -164,6 +176,7 @@ class Happenings {
     if (!ended && this.rests.has(e) && this.atZero(e)) {
       this.settle({ e, side, earlier, speed: rows[e][1], noise: ROUNDING * sizes[e][1], length });
     }
+    this.chooseSwitches(held);
     this.memory.set([now, this.settling.clock(Clock.LOW)], this.rows.times + 2 * e);
     this.changed(sample, this.memory);
     return ended;

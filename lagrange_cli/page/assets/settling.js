@@ -3,6 +3,7 @@
 
 const DERIVATIVES = 6;
 const ROUNDING = 2 ** -44;      // a derivative that is so small beside the terms of the others is rounding
+const NEAR = 2 ** -48;          // an argument that is this part of coordinates may be rounding
 const JUST = 2 ** -45;          // a change of a mode so short a part of the time ago has just been
 const HELD = 1 + 2 ** -40;      // multipliers up to this hold the motion
 const JUMP = 2 ** -20;
@@ -90,7 +91,26 @@ class Settling {
       signs.forEach((one, j) => { this.modes[j] = one; });
     }
     const zero = values.flatMap((one, j) => (one === 0 && !this.rows.guards[j].parts ? [j] : []));
-    if (zero.length) this.choose(zero, new Map(zero.map((j) => [j, 1]))); else this.prepare();
+    if (zero.length) this.choose(zero, new Map(zero.map((j) => [j, 1])));
+    this.letRest();
+    this.prepare();
+  }
+
+  // Let arguments rest that stay 0, where forces jump: these have a value there (`integrate/guards/at_zero.py`).
+  letRest() {
+    const { layout } = this, largest = (values) => Math.max(0, ...values.map(Math.abs));
+    const size = largest(this.memory.subarray(0, layout.v)), speed = largest(this.memory.subarray(layout.v, 2 * layout.v));
+    for (let j = 0; j < this.count; j++) {
+      const guard = this.rows.guards[j];
+      if (guard.multiplier || guard.parts || guard.beside || this.modes[j] === 0) continue;
+      const own = this.series().slice(0, layout.v), [u, ...rates] = this.argument(j), scale = this.scale();
+      const usual = (m) => (m === 0 ? speed : scale[m]);
+      if (Math.abs(u) > NEAR * size || rates.some((one, m) => Math.abs(one) > ROUNDING * usual(m))) continue;
+      this.modes[j] = -this.modes[j];
+      const other = this.series().slice(0, layout.v), jumps = own.some((one, k) => one !== other[k]);
+      this.modes[j] = jumps ? 0 : -this.modes[j];
+      if (jumps) this.marks[j] = -LARGER * Math.abs(u);
+    }
   }
 
   goesOn(stop, due) {
