@@ -78,8 +78,10 @@ def whole(folder: Path, *arguments: str) -> bytes:
 KILLED = """
 import os, signal, sys
 from lagrange_cli.cli.main import run
+from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.store.output import Output
 
+stepper.POLL_SECONDS = 0.002  # so that there are checkpoints between any two writes of samples
 size, keep = int(sys.argv.pop(1)), Output.keep
 
 def keep_and_die(self, checkpoint):

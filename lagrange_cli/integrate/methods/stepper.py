@@ -172,7 +172,7 @@ class Stepper:
                 self.limited = True  # sliding has begun so late that no step is left to take
                 space.samples[:, done : len(wanted)] = space.whole_state[:, None]
                 return Stop.END if last else Stop.SAMPLES, len(wanted)
-            began, computed = time.perf_counter(), self.evaluations
+            began, computed, before_it = time.perf_counter(), self.evaluations, self.steps
             used = time.thread_time() if self._helpers is not None else 0.0
             if self._earlier is not None:
                 self._earlier.keep(self.steps)
@@ -229,9 +229,9 @@ class Stepper:
             if self._recompilation is not None:
                 space.machine = self._recompilation.after(spent) or space.machine
             if self._helpers is None or not self._helpers.unsure:
-                self._pause = int(
-                    max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
-                )
+                taken = max(1, self.steps - before_it)  # fewer than were allowed, where a mark is due
+                usual = taken * POLL_SECONDS / max(spent, 1e-6)
+                self._pause = int(max(1, min(4 * self._pause, MOST_STEPS, usual)))
 
     def _between(self, reached: Array, wanted: Array) -> Array:
         """The samples that the motion has passed since the memory ``reached``, without steps."""
