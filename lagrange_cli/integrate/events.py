@@ -88,6 +88,8 @@ class EventSink:
     """Crossings in an earlier run, which this one continues."""
     states = True
     """Whether changes of the state alone matter, or those of parameters only."""
+    in_turn = False
+    """Whether a change is told between the crossings before and behind it: else, as soon as it is known."""
 
     def crossed(self, crossings: Crossings) -> None:
         """Events have happened."""

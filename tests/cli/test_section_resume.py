@@ -92,6 +92,19 @@ def test_a_motion_goes_on_with_the_same_bits_however_often_it_is_interrupted(
     assert contents(tmp_path / "cut.h5", found) == contents(tmp_path / "whole.h5", found)
 
 
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_ledgers_at_crossings_between_impacts_close(method, tmp_path, monkeypatch):
+    """Compiled code tells of many crossings and impacts at once; each of these is before some of the
+    crossings, and behind others."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(FLOOR)
+    cut = "--where", "x", "--direction", "either", "--method", method
+    assert main(["section", "a.yaml", *cut, "--crossings", "200", "-o", "a.h5"]) == 0
+    with h5py.File("a.h5") as file:
+        ledger, velocity = (file[f"{name}/y"][:] for name in ("diagnostics/ledger/p", "v"))
+    assert np.ptp(velocity) > 1.0 and np.abs(ledger).max() < 1e-10
+
+
 @pytest.mark.exhaustive(keep=0.35)
 def test_a_lane_that_was_interrupted_and_does_not_bring_its_motion_to_the_end(tmp_path, monkeypatch, capsys):
     """The motion is then followed by itself, from its start, whatever was kept of the lane."""

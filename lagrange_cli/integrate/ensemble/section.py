@@ -71,7 +71,7 @@ class SectionLog(MemberLog):
 class CrossingLog(SectionLog):
     """The crossings of the last event."""
 
-    every = EVERY
+    every, in_turn = EVERY, True
 
     def __init__(self, names: tuple[str, ...], *given: Any) -> None:
         super().__init__(names, *given)

@@ -140,14 +140,24 @@ class Happenings:
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
         numbers = records[:, self._layout.at(NOTES[0])]
-        for k in np.flatnonzero(numbers == AFTER) if self._matter else ():
+        crossed, start = numbers != AFTER, 0
+        for k in np.flatnonzero(~crossed).tolist() if self._matter else ():
             before, after = records[k - 1], records[k]
+            if self._sink.in_turn:
+                ended = self._hand_over(records[start:k][crossed[start:k]])
+                if ended is not None:
+                    return ended
+                start = k
             passed = sample + int(before[self._layout.at(SAMPLE)])
             states = self._sides.state(before), self._sides.state(after)
             parameters = parameters_in(self._program, before), parameters_in(self._program, after)
             self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
-        records = records[numbers != AFTER]
-        events = self._events_of(records)
+        return self._hand_over(records[start:][crossed[start:]])
+
+    def _hand_over(self, records: Array) -> Finished | None:
+        """Hand over crossings that compiled code has recorded."""
+        guards = records[:, self._layout.at(NOTES[0])]
+        events = (guards - self._sides.first).astype(np.int64)
         if self._standstill.released:
             pairs = zip(events, records[:, self._layout.time])
             crossed = np.array([not self._standstill.leaving(int(e), float(t)) for e, t in pairs], dtype=bool)
@@ -157,11 +167,6 @@ class Happenings:
         self._resting.released.difference_update(events.tolist())
         rates = [records[:, self._layout.at(one)] for one in NOTES[1:]]
         return self._crossed(records, events, np.array(rates))
-
-    def _events_of(self, records: Array) -> NDArray[np.int64]:
-        """The numbers of the events that have been recorded."""
-        guards = records[:, self._layout.at(NOTES[0])]
-        return (guards - self._sides.first).astype(np.int64)
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Handle the guard that has changed its sign, before the sample of that number."""
