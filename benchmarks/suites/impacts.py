@@ -203,7 +203,7 @@ def compared(
     true = true_end(stop)
     ours = found[LAGRANGE].impact
     rows = [
-        (name, f"{one.prepare:.2f}", str(one.count), f"{1e6 * one.impact:.0f}", f"{one.impact / ours:.1f}",
+        (name, f"{one.prepare:.2f}", str(one.count), f"{1e6 * one.impact:.{int(one.impact < 1e-4)}f}", f"{one.impact / ours:.1f}",
          f"{abs(one.end - true):.1e}")
         for name, one in found.items()
     ]  # fmt: skip
