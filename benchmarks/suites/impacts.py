@@ -203,8 +203,8 @@ def compared(
     true = true_end(stop)
     ours = found[LAGRANGE].impact
     rows = [
-        (name, f"{one.prepare:.2f}", str(one.count), f"{1e6 * one.impact:.{int(one.impact < 1e-4)}f}", f"{one.impact / ours:.1f}",
-         f"{abs(one.end - true):.1e}")
+        (name, f"{one.prepare:.2f}", str(one.count), f"{1e6 * one.impact:.{int(one.impact < 1e-4)}f}",
+         f"{one.impact / ours:.1f}", f"{abs(one.end - true):.1e}")
         for name, one in found.items()
     ]  # fmt: skip
     header = "", "prepare, s", f"{what}s", f"us for each {what}", "relative", "error of x"
