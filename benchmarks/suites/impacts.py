@@ -212,18 +212,18 @@ def compared(
     return Report((markdown_table(header, rows),), (slower,))
 
 
+def compared_suite(name: str, measure: Callable[[Namespace], Report]) -> Suite:
+    """A suite that compares these engines."""
+    packages = "llvmlite", "numpy", "heyoka", "scipy", "mpmath"
+    return Suite(name, measure, packages, runs=3, quick="to t = 200")
+
+
 def measure(options: Namespace) -> Report:
     """All engines."""
     return compared(ENGINES, options, true_end, "impact", LEAST)
 
 
-SUITE = Suite(
-    "impacts",
-    measure,
-    packages=("llvmlite", "numpy", "heyoka", "scipy", "mpmath"),
-    runs=3,
-    quick="to t = 200",
-)
+SUITE = compared_suite("impacts", measure)
 
 if __name__ == "__main__":
     sys.exit(SUITE.main())

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.report import Report
-from benchmarks.harness.suite import Suite
 from benchmarks.suites.impacts import (
     DIGITS,
     HEYOKA,
@@ -21,6 +20,7 @@ from benchmarks.suites.impacts import (
     Engines,
     Follow,
     compared,
+    compared_suite,
     lagrange,
     next_zero,
 )
@@ -135,13 +135,7 @@ def measure(options: Namespace) -> Report:
     return compared(ENGINES, options, true_end, "turn", LEAST)
 
 
-SUITE = Suite(
-    "switches",
-    measure,
-    packages=("llvmlite", "numpy", "heyoka", "scipy", "mpmath"),
-    runs=3,
-    quick="to t = 200",
-)
+SUITE = compared_suite("switches", measure)
 
 if __name__ == "__main__":
     sys.exit(SUITE.main())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable, union
@@ -43,8 +44,7 @@ class Modes:
         self.unbounded = {one for one in unbounded(self.graph, rows, self.moving) if not one.symbols & speeds}
         """Places that nothing holds at 0, as forces are unbounded there. Of velocities a pole may be an end
         that motions reach."""
-        self.pushed = self._pushed(rows)
-        """By argument of switches, the rows that contain such switches."""
+        self.rows = rows
         self.inertial = self._inertial(rows)
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
         for vector in vectors(residual):
@@ -64,9 +64,11 @@ class Modes:
             ]
         self.holding = union(self.multipliers)
 
-    def _pushed(self, rows: Sequence[Node]) -> dict[Node, set[int]]:
+    @cached_property
+    def pushed(self) -> dict[Node, set[int]]:
+        """By argument of switches, the rows of the equations that contain such switches."""
         found: dict[Node, set[int]] = {}
-        for k, row in enumerate(rows):
+        for k, row in enumerate(self.rows):
             for node in reachable([row]):
                 if node.kind is Kind.SWITCH:
                     found.setdefault(node.arguments[0], set()).add(k)

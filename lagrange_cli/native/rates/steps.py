@@ -27,7 +27,7 @@ from lagrange_cli.native.rates.places import (
     RISES,
     TRIED,
     Places,
-)  # fmt: skip
+)
 from lagrange_cli.native.rates.stalling import Stalling
 from lagrange_cli.native.rates.watching import Watching, watched_rows
 from lagrange_cli.native.state import Clock, StateLayout
