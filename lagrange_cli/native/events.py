@@ -80,12 +80,14 @@ def _apart(smooth: Guarded) -> bool:
     )
 
 
-def reached_by(events: Iterable[tuple[int, int, int]], degrees: int) -> tuple[tuple[int, int], ...]:
-    """What impacts depend on at which the motion may rest, if it is not alone among ``events`` that act: all
-    coordinates, as forces of contact may change with any velocity. So compiled code does no action while
-    something rests, or is hit at the same time."""
-    acting = [(i, kind) for i, (_, role, kind) in enumerate(events) if role != Role.RECORD]
-    return tuple((i, k) for i, kind in acting if kind >= 0 for k in range(degrees)) if len(acting) > 1 else ()
+def reached_by(model: Model[Node], events: Iterable[tuple[int, int, int]]) -> tuple[tuple[int, int], ...]:
+    """The coordinates on which impacts depend at which the motion may rest, if compiled code does the action
+    of one, and others act, too."""
+    acting = [(i, role, kind) for i, (_, role, kind) in enumerate(events) if role != Role.RECORD]
+    if len(acting) == 1 or not any(role == Role.CHANGE for _, role, _ in acting):
+        return ()
+    own = [(i, model.events[i].argument.symbols) for i, _, kind in acting if kind >= 0]
+    return tuple((i, k) for i, symbols in own for k, q in enumerate(model.q) if symbols & q.symbols)
 
 
 def _changed(model: Model[Node]) -> Sequence[int]:

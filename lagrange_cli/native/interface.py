@@ -227,12 +227,12 @@ class Interface:
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
         series ahead, and what parts of steps need; records of events, a state without auxiliary coordinates,
-        if there are any, what ``@act`` gives, and rates of contacts' arguments. The last one is the length of
-        a step, where impacts at one time are followed."""
+        if there are any, what ``@act`` gives, and rates of contacts' arguments. Where impacts at one time are
+        followed, the last two are the length of a step, and the size of the time when the motion began."""
         return (
             self.records
             + (self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0)
-            + (len(self.bounces) + 1 if self.joined else 0)
+            + (len(self.bounces) + 2 if self.joined else 0)
             + (2 * self.degrees if self.auxiliary else 0)
         )
 

@@ -38,6 +38,7 @@ from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import MULTIPLIERS
+from lagrange_cli.native.stepping.pushing import push
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -174,6 +175,8 @@ def write_program(
         values("act", nodes, at_one_time=at_one_time)
     if any(kind != LOOSE for *_, kind in interface.slowing.values()):
         values("speeds", rates_of(model, interface.slowing), at_one_time=at_one_time)
+    if interface.joined:
+        texts.append(push(interface.rows_of_guards, interface.inner))
     if interface.changed and observing.multipliers:
         values("constrain", constrained(model, observing), at_one_time=at_one_time)
     prepare, size = write_settings(model, more.smooth, len(interface.events), constants, steps)
@@ -199,6 +202,7 @@ def interface_of(
     smooth, parts = more.smooth, steps.kind.parts
     changed = changes_of(model)[0] if steps.any else ()
     events, affected = events_of(model, smooth, parts) if steps.any else ((), ())
+    reached, masses = reached_by(model, events), tuple(masses_of(model)) if steps.any else ()
     entries = observing.unpushed.entries if changed and observing.multipliers else ()
     interface = Interface(
         order=steps.order,
@@ -222,9 +226,9 @@ def interface_of(
         events=events,
         changed=changed,
         affected=affected,
-        reached=reached_by(events, len(model.q)),
-        joined=(),
-        masses=tuple(masses_of(model)) if steps.any else (),
+        reached=reached,
+        joined=tuple(range(len(model.q))) if reached and not masses else (),
+        masses=masses,
         constraints=len(observing.multipliers),
         pattern=tuple((j, k) for j, row in enumerate(entries) for k in row),
         series_at=(0, 0, 0),

@@ -180,6 +180,9 @@ class Happenings:
         if self._resting.has_jumped(event):
             sides.settling.modes[due] *= -1.0
             return self._recurs(event, sides.now)
+        if self._resting.stands(event):
+            self._resting.let_stand(event)
+            return self._recurs(event, sides.now)
         near = np.inf if event in self._resting.impacts else self._resting.near(event)
         if sides.leaves_zero(event, near) and not sides.at_zero(event):  # a root of rounding errors
             sides.settling.mark([due])

@@ -55,7 +55,8 @@ class Resting:
     def __init__(self, sides: Sides, start: float, trial: Array) -> None:
         self._sides, self._start = sides, start
         if sides.program.joined:  # compiled code does impacts at one time, and notes the last step, too
-            sides.settling.last_step = trial[sides.program.trial - 1 :]
+            sides.settling.last_step = trial[sides.program.trial - 2 :]
+            trial[sides.program.trial - 1] = abs(start)
         rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
         self.impacts = sides.program.slowing.keys()
         """The events that are impacts which reduce the speed."""
@@ -167,6 +168,24 @@ class Resting:
     def _back(self) -> Array:
         """What leads arguments back to 0."""
         return np.fmax(-self._sides.all_coefficients()[:, 2] * self._sides.modes, 0.0)
+
+    def stands(self, event: int) -> bool:
+        """Whether an event is an impact of what touches, but for rounding, without any speed, and is not led
+        back: nothing happens there."""
+        sides = self._sides
+        if event not in self.guards or sides.at_zero(event) or not sides.side(event):
+            return False
+        value, rate, bend = (sides.coefficients(event)[:3] * sides.side(event)).tolist()
+        near = max(ROUNDING * float(sides.sizes()[event, 0]), self.near(event))
+        back = bend < -ROUNDING * float(sides.settling.scale()[1])
+        return abs(value) <= near and abs(rate) <= self.noise()[event] and not back
+
+    def let_stand(self, event: int) -> None:
+        """Go on there, from where rounding does not lead it beyond 0 again and again."""
+        noise = self.noise()
+        self._sides.settling.mark([event + self._sides.first])
+        if self._touching.part(event, noise):
+            self.released.add(event)
 
     def touches(self, event: int) -> bool:
         """Whether an event is an impact without speed of what has touched before."""

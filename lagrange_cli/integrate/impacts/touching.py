@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.guards.pivoting import Pivoting
 from lagrange_cli.integrate.impacts.pushes import Pushes
 from lagrange_cli.native.state import Clock
+from lagrange_cli.native.stepping.at_once import ALIKE
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -80,20 +82,21 @@ class Touching:
             self._stop(pressed, noise)
 
     def fastest(self, event: int, noise: Array) -> int:
-        """Of impacts at the same time as an event's, if it is one, too, the fastest beside the ``noise``: the
-        others would hit one another very often before it."""
+        """Of impacts at the same time as an event's, if it is one, too, the fastest: the others would hit one
+        another very often before it."""
         found = self.due(noise) if event in self._own else None
         return event if found is None else found
 
     def due(self, noise: Array) -> int | None:
-        """The fastest impact that happens now."""
-        sides, own = self._sides, self._events
-        due = np.flatnonzero(self._due(noise))
+        """The impact that happens now and is the fastest beside the terms of its rate, or beside the largest
+        velocity. Of those that are as fast, but for rounding, the first one."""
+        sides, due = self._sides, self._events[self._due(noise)]
         if not len(due):
             return None
-        with np.errstate(divide="ignore"):
-            speeds = np.abs(sides.all_coefficients()[own[due], 1]) / noise[own[due]]
-        return int(own[due[np.argmax(speeds)]])
+        largest = largest_of(sides.memory[sides.layout.part(0)][sides.layout.v])
+        scale = np.fmax(sides.sizes()[due, 1], largest)
+        speeds = -sides.all_coefficients()[due, 1] * sides.modes[due] / np.where(scale > 0.0, scale, 1.0)
+        return int(due[np.argmax(speeds >= np.max(speeds) * (1.0 - ALIKE))])
 
     def _due(self, noise: Array) -> NDArray[np.bool_]:
         """Which impacts happen now."""

@@ -49,6 +49,7 @@ from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.proof import Proving
+from lagrange_cli.native.stepping.pushing import push
 from lagrange_cli.native.stepping.related import FEWEST, of_names
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
@@ -97,6 +98,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
         if self.nearing:
             rates, _ = self.nearing[0]
             parts.append(self.values("speeds", self.nearing, [rates])[0])
+        if self.joined and self.impulses is None:
+            parts.append(push(interface.rows_of_guards, interface.inner))
         if self.closing:
             roots = [*dict.fromkeys(one for one, _ in self.closing)]
             parts.append(self.values("constrain", self.closing, roots)[0])

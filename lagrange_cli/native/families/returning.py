@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.families.arrays import Array
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.native.families.constraints.impulses import HEAD as PUSHES
 from lagrange_cli.native.families.constraints.impulses import Impulse, Impulses
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
@@ -35,8 +36,13 @@ class Returning(AtRest):
 
     @property
     def joined(self) -> tuple[int, ...]:
-        """What constraints couple that have impulses after simple actions (``Interface.joined``)."""
-        return () if self.impulses is None else self.impulses.joined
+        """What moves together after simple actions, if compiled code follows impacts at one time
+        (``Interface.joined``): what constraints couple that have impulses then, or each coordinate alone."""
+        if self.impulses is not None:
+            return self.impulses.joined
+        touches = isinstance(self.contact, Coupled) and self.motion is not None and self.nearing
+        simple = self.events is not None and self.events.simple.any()
+        return tuple(range(self.degrees)) if touches and simple else ()
 
     def push(self) -> str:
         """``@push``, if compiled code carries out impacts after which constraints have impulses; its arrays

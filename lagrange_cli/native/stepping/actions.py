@@ -139,8 +139,9 @@ class ActionCode:
         if rows.bounces:
             if rows.joined:
                 known = self.at_once.speeds(f, j, results)
-            elif rows.reached:
-                with self.at_once.touching(f, j, results):
+            if rows.reached:
+                apart = Bit(f, "true") if known is None else ~self.hits(f, j)
+                with f.when(apart), self.at_once.touching(f, j, results):
                     f.give(left)
             still = self._bounce(f, j, results, known)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
@@ -176,13 +177,18 @@ class ActionCode:
             impact = ~f.load_integer("@bounces", j).equals(NOTHING)
             side = f.select(impact, f.load(state, own), side)
         if rows.joined:  # where it has no speed, rounding would tell
-            side = f.load(state, own)
+            side = f.select(self.hits(f, j), f.load(state, own), side)
         f.store(side, state, own)
         f.call(None, NOTE, state, after)
         f.store(f.constant(AFTER), after, layout.at(NOTES[0]))
         f.store(count + 2, info, RECORDED)
         f.give(f.count(DONE))
         return f
+
+    def hits(self, f: Function, j: Integer) -> Bit:
+        """Whether the guard ``j`` is that of an impact at which the motion may rest, with a simple action."""
+        simple = f.load_integer("@guard_roles", j).equals(Role.CHANGE)
+        return simple & ~f.load_integer("@rests_at", j).equals(NOTHING)
 
     def _switching(self, f: Function, j: Integer) -> Bit:
         """Whether modes of switches may have to be chosen after an action: where an argument is 0 up to

@@ -196,7 +196,7 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
         root, known = without_chatter(at, step, root, which, known)
     step.bound.set(f.select(known < ahead, known, step.bound.get()))
     if steps.guards and steps.guards.rows.joined:  # what is driven back is hit now
-        root = f.select((root < 0.0) & steps.guards.acts(f, which), at.zero, root)
+        root = f.select((root < 0.0) & steps.guards.actions.hits(f, which), at.zero, root)
     if aim:
         zero, vector, stops = aim
         first = (root > ahead) & (known >= ahead)

@@ -22,14 +22,18 @@ TOUCHING = 2.0**-34
 does along a long way."""
 ROUNDING = 2.0**-44
 """An argument that is so small beside its terms is a rounding error."""
+LEFT = 2.0**-50
+"""One that is so small is 0 as far as rounding lets it be: more of it takes time, if the speed is small."""
 CLEAR = 2.0**-40
 """Relative speeds that are more than this part of the largest velocity are no rounding errors."""
 HIDDEN = 2.0**-30
 """Nor do flights end in no time that take longer than this part of a step (``integrate.impacts.resting``)."""
 SOON, SHORT, NEARLY = 2.0**-30, 2.0**-26, 1.25
 """When all further impacts take no time (the same place), as far as the forces before an impact tell."""
-UNCLEAR = -1
-"""What ``@first_impact`` gives where the caller decides."""
+ALIKE = 2.0**-40
+"""Speeds that differ by this part are the same but for rounding."""
+UNCLEAR, LEAVES = -1, -2
+"""What ``@first_impact`` gives where the caller decides, and where bodies have touched and go apart."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +81,12 @@ class AtOnce:
         return f.load("%state", j + self.rows.fresh(self.layout))
 
     @contextmanager
-    def touching(self, f: Function, j: Integer, results: Pointer) -> Iterator[Other]:
-        """Other contacts that may be at 0 now, or are held, of what the action of ``j`` moves."""
+    def touching(self, f: Function, j: Integer, results: Pointer, *, moved: bool = True) -> Iterator[Other]:
+        """Other contacts that may be at 0 now, or are held: of what the action of ``j`` has ``moved``, or of
+        all."""
         rows, row = self.rows, f.pointer("%row")
         count = len({guard for guard, _ in rows.reached})
-        moved = "@moved" if rows.joined else "@changed_places"
+        places = "@moved" if rows.joined else "@changed_places"
         with f.loop(0, count, tested=False) as k:
             other = f.load_integer("@touching", k)
             rest = f.load_integer("@rests_at", other)
@@ -90,14 +95,18 @@ class AtOnce:
             value = self.coefficient(f, row, j, other, 1)
             near = ~held.equals(0.0) | (self.mark(f, other) > 0.0) | ~(f.magnitude(value) > size * TOUCHING)
             with f.when(near & ~other.equals(j)):
+                one = Other(k, other, rest, held, value, size)
+                if not moved:
+                    yield one
+                    return
                 meets = f.variable(f.never(1))
-                first, last = (f.load_integer("@reached_first", one) for one in (k, k + 1))
+                first, last = (f.load_integer("@reached_first", each) for each in (k, k + 1))
                 with f.loop(first, last) as r:
                     place = f.load_integer("@reached", r)
                     with self.own(f, j) as i:
-                        meets.set(meets.get() | f.load_integer(moved, i).equals(place))
+                        meets.set(meets.get() | f.load_integer(places, i).equals(place))
                 with f.when(meets.get()):
-                    yield Other(k, other, rest, held, value, size)
+                    yield one
 
     def coefficient(self, f: Function, row: Pointer, j: Integer, other: Integer, m: int) -> Real:
         """One of the argument's series of a guard, where that of ``j`` is at ``row``."""
@@ -149,22 +158,49 @@ class AtOnce:
             size = f.load(results, (one - rows.first_event) * 2 + (len(rows.changed) + 1))
             return value / f.larger(size, known.largest)
 
-        chosen, fastest = f.variable(j), f.variable(beside(speed(j), j))
-        with self.touching(f, j, results) as one, f.when(one.held.equals(0.0)):
-            with f.when(self.later(f, one, speed(one.j))):
+        with f.when(self.leaves(f, j, results)):
+            f.give(f.count(LEAVES))
+        fastest = f.variable(beside(speed(j), j))
+
+        @contextmanager
+        def others() -> Iterator[tuple[Other, Real]]:
+            """Those that may come first, and how fast they are."""
+            with self.touching(f, j, results, moved=False) as one, f.when(one.held.equals(0.0)):
+                towards = f.load_integer("@guard_directions", one.j).to_real() * self.mode(f, one.j) <= 0.0
+                with f.when(towards):
+                    yield one, beside(speed(one.j), one.j)
+
+        with others() as (one, this):
+            with f.when(self.unclear(f, one, speed(one.j), results)):
                 f.give(f.count(UNCLEAR))
-            this = beside(speed(one.j), one.j)
-            towards = f.load_integer("@guard_directions", one.j).to_real() * self.mode(f, one.j) <= 0.0
-            faster = (this > fastest.get()) & towards
-            chosen.set(f.select(faster, one.j, chosen.get()))
-            fastest.set(f.select(faster, this, fastest.get()))
+            fastest.set(f.select(self.now(f, one), f.larger(this, fastest.get()), fastest.get()))
+        least = fastest.get() * (1.0 - ALIKE)
+        last = f.count(rows.count)
+        chosen = f.variable(f.select(beside(speed(j), j) >= least, j, last))
+        with others() as (one, this):
+            first = self.now(f, one) & (this >= least) & (one.j < chosen.get())
+            chosen.set(f.select(first, one.j, chosen.get()))
         simple = f.load_integer("@guard_roles", chosen.get()).equals(Role.CHANGE)
         f.give(f.select(simple, chosen.get(), f.count(UNCLEAR)))
         return f
 
-    def later(self, f: Function, one: Other, speed: Real) -> Bit:
-        """Whether something may be hit a little later, with this ``speed``."""
-        return ~(self.mark(f, one.j) > 0.0) & (f.magnitude(one.value) > one.size * ROUNDING) & (speed > 0.0)
+    def leaves(self, f: Function, j: Integer, results: Pointer) -> Bit:
+        """Whether an argument that was 0, but for rounding, moves away from 0, to the side where it is."""
+        row, place = f.pointer("%row"), (j - self.rows.first_event) * 2 + len(self.rows.changed)
+        value, rate = (self.coefficient(f, row, j, j, m) * self.mode(f, j) for m in (1, 2))
+        size, most = (f.load(results, place + ahead) * ROUNDING for ahead in range(2))
+        return ~(self.mark(f, j) > 0.0) & (f.magnitude(value) <= size) & (rate > most)
+
+    def now(self, f: Function, one: Other) -> Bit:
+        """Whether something that is not held may be hit now."""
+        return (self.mark(f, one.j) > 0.0) | ~(f.magnitude(one.value) > one.size * LEFT)
+
+    def unclear(self, f: Function, one: Other, speed: Real, results: Pointer) -> Bit:
+        """Whether something with this ``speed`` may be hit at the same time but for what rounding does along
+        the way (``integrate.impacts.touching``), or a little later."""
+        start = f.load(results, self.behind + len(self.rows.bounces) + 1)
+        reached = (f.magnitude(f.load("%state", self.layout.time)) + start) * speed * (NEARLY * ROUNDING)
+        return ~self.now(f, one) & ~(f.magnitude(one.value) > reached) & (speed > 0.0)
 
     def stands(self, size: Real, known: Speeds) -> Bit:
         """Whether a speed is nothing but a rounding error."""

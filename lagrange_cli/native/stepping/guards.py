@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import NOTE
-from lagrange_cli.native.stepping.at_once import UNCLEAR
+from lagrange_cli.native.stepping.at_once import LEAVES, UNCLEAR
 from lagrange_cli.native.stepping.event_sides import JUMP
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
@@ -85,7 +85,11 @@ class GuardCode(GuardSearch):
         f = Function(f"define internal i64 @flip({given}) #0")
         j, rows, layout, state = Integer(f, "%j"), self.rows, self.layout, f.pointer("%state")
         if rows.joined:
-            j = self._first_of_all(f, j)
+            first = self._first_of_all(f, j)
+            with f.when(first.equals(LEAVES)):
+                f.store(self.sides.mark(f), state, j + rows.fresh(layout))
+                f.give(f.count(CHANGED))
+            j = first
         role = f.load_integer("@guard_roles", j)
         mode, fresh = j + rows.mode(layout), j + rows.fresh(layout)
         before = f.load(state, mode)
@@ -129,7 +133,7 @@ class GuardCode(GuardSearch):
         chosen, state = f.variable(j), f.pointer("%state")
         side = f.load(state, j + self.rows.mode(self.layout))
         event = side * f.load_integer("@guard_directions", j).to_real() <= 0.0
-        with f.when(event & self.acts(f, j)):
+        with f.when(event & self.actions.hits(f, j)):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             given = state, f.pointer("%constants"), j, f.pointer("%trial"), row
             first = f.call(Integer, "first_impact", *given)
@@ -137,10 +141,6 @@ class GuardCode(GuardSearch):
                 f.give(f.count(AWAY))
             chosen.set(first)
         return chosen.get()
-
-    def acts(self, f: Function, j: Integer) -> Bit:
-        """Whether the guard ``j`` is an event with a simple action."""
-        return f.load_integer("@guard_roles", j).equals(Role.CHANGE)
 
     def _note(self, f: Function, role: Integer, j: Integer, before: Real, result: Variable[Integer]) -> None:
         """Record an event, if it needs nothing else, and set the ``result`` of ``@flip``."""
@@ -165,7 +165,7 @@ class GuardCode(GuardSearch):
             for m, note in enumerate(NOTES[1:], 2):
                 rate = f.load(row, m * term) * float(m)
                 if self.rows.joined:  # its time is that of others
-                    again = (f.load(state, j + self.rows.fresh(layout)) > 0.0) & self.acts(f, j)
+                    again = (f.load(state, j + self.rows.fresh(layout)) > 0.0) & self.actions.hits(f, j)
                     rate = f.select(again, f.constant(float(m == 2)), rate)
                 f.store(rate, place, layout.at(note))
             if self.actions.any:

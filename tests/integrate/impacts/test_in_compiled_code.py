@@ -8,8 +8,10 @@ import random
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.impacts.happenings import Happenings
 from lagrange_cli.native import events
+from tests.motions.test_piles import IMPULSE, PILE
 from tests.support.motion import Motion, follow, prepared
 
 BALL = """
@@ -137,3 +139,45 @@ def test_python_is_asked_where_the_motion_may_rest_and_nowhere_else(monkeypatch:
             motion = follow(system, stop, 10)
             assert motion.outcome.happened["floor"].count >= count and least <= len(asked) <= least * most
         assert motion.data["q/y"][-1] == 0.0 and motion.data["v/y"][-1] == 0.0
+
+
+def pile(source: random.Random) -> str:
+    """Balls that fall into a box, most of them on others."""
+    count, width = source.randint(2, 3), source.choice((1.7, 2.5))
+    return PILE.format(
+        count=count,
+        e=source.uniform(0.3, 0.5),
+        width=width,
+        impulse=IMPULSE,
+        xs=[source.uniform(0.5, width - 0.5) for _ in range(count)],
+        ys=[0.5 + 1.2 * i + source.uniform(0.0, 0.2) for i in range(count)],
+        us=[0.0] * count,
+    )
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", range(8))
+def test_impacts_beside_contacts_are_those_of_python(
+    case: int, in_python: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    text = pile(random.Random(f"{request.config.option.seed} {case}"))
+    slow = follow(text, 0.8, 17)
+    in_python.undo()
+    prepared.cache_clear()
+    fast = follow(text, 0.8, 17)
+    assert slow.outcome.ending is fast.outcome.ending is Ending.COMPLETE, text
+    for name in ("q/x", "q/y", "v/x", "v/y"):
+        assert fast[name] == pytest.approx(slow[name], rel=1e-7, abs=1e-9), text
+
+
+def test_python_is_asked_beside_contacts_where_balls_may_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between any two hits of one ball on another, dozens of impacts accumulate on the floor. And nothing
+    happens at the wall where the lower one stands meanwhile."""
+    given = {"count": 2, "e": 0.5, "width": 2.376, "impulse": IMPULSE, "us": [0.0] * 2}
+    text = PILE.format(xs=[0.597, 0.736], ys=[0.6, 1.75], **given)
+    asked, happen = [], Happenings.happen
+    monkeypatch.setattr(Happenings, "happen", lambda *given: asked.append(given[1]) or happen(*given))
+    happened = follow(text, 2.0, 17).outcome.happened
+    assert happened["left[0]"].count < 40
+    total = sum(one.count for one in happened.values())
+    assert total > 500 and 3 * len(asked) < total
