@@ -1,5 +1,5 @@
 """``@push`` where no constraints have impulses after a simple action: it sets velocities, and nothing else
-changes (see ``families.constraints.impulses`` for others)."""
+changes (see ``native.families.constraints.impulses`` for others)."""
 
 from __future__ import annotations
 
