@@ -93,10 +93,11 @@ class Call:
 
 @dataclass(frozen=True)
 class Vector:
-    """``(x, y, z)``: one, two or three components."""
+    """``(x, y, z)``: one, two or three components. A point of a body has coordinates there, ``places``."""
 
     items: tuple[Tree, ...]
     span: Span
+    places: tuple[Tree, ...] = ()
 
 
 @dataclass(frozen=True)
