@@ -275,5 +275,5 @@ def test_a_directory_that_has_been_removed_is_said_to_be(tmp_path, monkeypatch):
     folder.mkdir()
     monkeypatch.chdir(folder)
     folder.rmdir()
-    with pytest.raises(FileError, match=r"^run\.h5 cannot be written: the current directory has been removed$"):
+    with pytest.raises(FileError, match="cannot be written: the current directory has been removed"):
         find_target("run.h5", force=False)
