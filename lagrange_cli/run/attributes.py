@@ -133,8 +133,10 @@ def notes(motion: Motion, outcome: Outcome) -> Iterator[str]:
         yield from (f"{name}: {note}" for note in notes_of_start(motion.begin))
     if outcome.happened:
         from lagrange_cli.run.events import notes as notes_of_events
+        from lagrange_cli.run.events import zero_at_start
 
-        yield from (f"{name}: {note}" for note in notes_of_events(motion.spec, outcome.happened))
+        told = notes_of_events(motion.spec, outcome.happened, zero_at_start(motion))
+        yield from (f"{name}: {note}" for note in told)
     warning = doubt(outcome, motion.settings)
     if warning is not None:
         yield f"{name}: {WARNING}{warning}"

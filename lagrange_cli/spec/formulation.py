@@ -42,8 +42,9 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
     if not (unread and problems.found):  # what could not be read is not missing
         _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
         massless = "masses: {%s: 1.0}, or write it under 'definitions' if it has no mass"
-        if any(one not in embedding for one in masses):  # whose components these are
-            problems.broken.update(one for one in COMPONENTS if one in embedding and one not in masses)
+        heavy, placed = groups_by_name(masses).keys(), groups_by_name(embedding).keys()
+        if heavy - placed:  # whose components these are
+            problems.broken.update((placed - heavy).intersection(COMPONENTS))
         _partners(embedding, masses, "a position but no mass", massless, problems)
     if not masses and not embedding and not draft.bodies and not problems.found:
         place = places.get("masses", places.get("embedding", WHOLE_FILE))
