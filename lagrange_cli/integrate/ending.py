@@ -38,6 +38,7 @@ class Ending(Enum):
     OFF_CONSTRAINTS = "no state near the one set by an action satisfies the constraints"
     NO_MASS = "a mass is no longer greater than 0"
     CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"
+    EDGE = "an expression of the file has no value beyond this place"
     UNDETERMINED = (
         "several forces of friction hold what is joined: how much each of them takes is undetermined,"
     )
@@ -84,6 +85,7 @@ WAYS_OUT = {
     Ending.UNDETERMINED: "write friction against the same velocity with the same norm, "
     "put a spring in place of what joins them, or {before}",
     Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
+    Ending.EDGE: "{before}",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

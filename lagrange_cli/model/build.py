@@ -8,6 +8,7 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Algebra, E
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.constraints import built_constraints
+from lagrange_cli.model.edges import built_edges
 from lagrange_cli.model.forces.law import Action
 from lagrange_cli.model.model import Event, Model, Particle
 from lagrange_cli.model.scope import Scope
@@ -55,6 +56,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
         events=tuple(built_events(scope)),
+        edges=tuple(built_edges(scope)),
         constraints=tuple(one for one in constraints if one.name not in spec.left_out),
         redundant=tuple(one for one in constraints if one.name in spec.left_out),
         spec=spec,

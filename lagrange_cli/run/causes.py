@@ -13,18 +13,9 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.indices import Indices, holds, known_indices
-from lagrange_cli.expression.loops import narrowed
-from lagrange_cli.expression.syntax import (
-    Binary,
-    Call,
-    Comparison,
-    ExpressionError,
-    Name,
-    Sum,
-    Tree,
-    children,
-)
+from lagrange_cli.expression.borders import Border, borders
+from lagrange_cli.expression.indices import Indices, known_indices
+from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
@@ -59,15 +50,6 @@ STEEP = 64.0
 
 LONGEST = 1e60
 """The longest run in which powers of steps do not overflow, whatever the motion."""
-
-
-@dataclass(frozen=True)
-class Border:
-    """An ``argument`` that may not pass one of its ``ends``, in ``whole``; of tan there are many ends."""
-
-    whole: Tree
-    argument: Tree
-    ends: tuple[float, ...] = (0.0,)
 
 
 def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: End) -> Cause | None:
@@ -182,32 +164,6 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
             except (ExpressionError, ValueError, ArithmeticError):
                 continue
             yield expression, border, indices, built
-
-
-def borders(tree: Tree, indices: Indices) -> Iterator[tuple[Border, Indices]]:
-    """All arguments in an expression that may reach an end, from the outside in."""
-    pending: list[tuple[Tree, Indices]] = [(tree, indices)]
-    while pending:
-        one, known = pending.pop()
-        if isinstance(one, Sum):
-            for index in narrowed(one, known):
-                inner = {**known, one.index: index}
-                if all(holds(condition, inner) for condition in one.conditions):
-                    yield from borders(one.body, inner)
-            continue
-        if isinstance(one, Name | Comparison):
-            continue
-        if isinstance(one, Binary) and one.operator in ("/", "**"):
-            yield Border(one, one.right if one.operator == "/" else one.left), known
-        if isinstance(one, Call) and one.function in ENDS:
-            yield Border(one, one.arguments[0], ENDS[one.function]), known
-        if isinstance(one, Call) and one.function == "norm":
-            yield Border(one, one), known
-        pending += ((child, known) for child in reversed(children(one)))
-
-
-ENDS = {"sqrt": (0.0,), "log": (0.0,), "asin": (1.0, -1.0), "acos": (1.0, -1.0), "tan": ()}
-"""The ends of the domains of functions."""
 
 
 def nearest_pole(u: float) -> float:
