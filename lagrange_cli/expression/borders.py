@@ -1,4 +1,4 @@
-"""Where an expression ends: quotients, roots, logarithms and the like, whose arguments may not pass something."""
+"""Where expressions end: quotients, roots, logarithms and the like, whose arguments may not pass a value."""
 
 from __future__ import annotations
 

@@ -17,13 +17,14 @@ from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
+from lagrange_cli.mechanics.switching.edges import edges_of, touches
 from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.native.llvm.length import SHORTER
 from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Linearized, Program, Steps, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
-from lagrange_cli.outputs.recording import CUTS, NARROW, SWITCHES, Recording
+from lagrange_cli.outputs.recording import CUTS, EDGES, NARROW, SWITCHES, Recording
 from lagrange_cli.records import replace
 
 RATES = 2
@@ -101,9 +102,10 @@ def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str,
         return ()
     narrow = (NARROW,) * may_hide(residual, without_contact_forces(residual))
     if method.finds_events:
-        return narrow
+        return narrow + (EDGES,) * touches(residual)
+    edges = (EDGES,) * bool(edges_of(residual))
     moving = switches([*residual.residual, *plan.integrands.values()], residual.variables)
-    return narrow + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model))
+    return narrow + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model)) + edges
 
 
 def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:

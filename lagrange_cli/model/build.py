@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.expression.algebra import Algebra, E, Undecided
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.constraints import built_constraints
 from lagrange_cli.model.edges import built_edges
@@ -56,7 +56,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
         events=tuple(built_events(scope)),
-        edges=tuple(built_edges(scope)),
+        edges=tuple(built_edges(scope)) if isinstance(algebra, Undecided) else (),
         constraints=tuple(one for one in constraints if one.name not in spec.left_out),
         redundant=tuple(one for one in constraints if one.name in spec.left_out),
         spec=spec,

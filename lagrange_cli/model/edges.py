@@ -1,8 +1,8 @@
 """The edges of the domains of functions in the file, as u = 0 of sqrt(u).
 
-What is made of an expression may have a value where it has none itself: the slope of log(u), the square of the
-velocity of u**1.5. So they are found in the file as it is written. A branch of ``where`` may be undefined:
-what stands in one does not count.
+What is made of an expression may have a value where it has none itself: the slope of log(u), the square of
+the velocity of u**1.5. So they are found in the file as it is written. A branch of ``where`` may be
+undefined: what stands in one does not count.
 """
 
 from __future__ import annotations

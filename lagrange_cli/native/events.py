@@ -24,10 +24,10 @@ def number_of(guard: Guard) -> int:
     """A switch's guard as ``Interface`` has it."""
     if guard.auxiliary is not None:
         return guard.auxiliary
-    if guard.broken is not None:
-        return BREAK
     if guard.edge:
         return EDGE
+    if guard.broken is not None:
+        return BREAK
     if guard.cut:
         return CUT
     if guard.rooted:

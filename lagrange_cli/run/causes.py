@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
@@ -20,7 +23,7 @@ from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
 from lagrange_cli.model.scope import Scope, multiplier_name
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.method import End
@@ -56,19 +59,19 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     """Why a motion that began at ``start`` could not go on, if an expression of ``spec`` ends there."""
     if not len(end.accelerations):
         return None
-    soon = (NEARING if end.ending is Ending.CRAWLING else SOON) * max(abs(end.t), abs(end.t - start))
+    near = NEARING if end.ending in (Ending.CRAWLING, Ending.EDGE) else SOON
+    whole, way = max(abs(end.t), abs(end.t - start)), -1.0 if end.t < start else 1.0
+    found: list[tuple[float, str]] = []
     try:
-        numbers = along(spec, parameters, end)
-        way = -1.0 if end.t < start else 1.0
-        found = fewest_digits([*reached(spec, numbers, soon, way)])
-        found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
-        if not found and end.t == start:
-            staying = reached(spec, numbers, 0.0, way, staying=True)
-            found = [(left, said) for left, _, said in staying if left == 0]
-            found = found or [(0.0, said) for said in outside(spec, numbers)]
-    except SpecError as error:
-        first = error.problems[0]  # it ended at the very place
-        return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
+        found = endings(spec, parameters, start, end, near * whole, way)
+    except SpecError as error:  # it ended at the very place
+        first = error.problems[0]
+        earlier = before(end, way * SOON / 4 * whole)
+        with suppress(SpecError, ValueError, ArithmeticError):
+            found = endings(spec, parameters, start, earlier, SOON * whole, way) if whole else []
+        if not found:
+            return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
+        end = earlier
     except (ValueError, ArithmeticError):  # beyond the domain of a function that nothing depends on
         return None
     if not found:
@@ -76,6 +79,27 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     least = min(abs(left) for left, _ in found)
     left, text = next(one for one in found if abs(one[0]) <= ALIKE * least)
     return Cause(text, end.t + left)
+
+
+def endings(
+    spec: Spec, parameters: Mapping[str, float], start: float, end: End, soon: float, way: float
+) -> list[tuple[float, str]]:
+    """What a motion may have ended for: in which time, and a message."""
+    numbers = along(spec, parameters, end)
+    found = fewest_digits([*reached(spec, numbers, soon, way)])
+    found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
+    if found or not (end.t == start or end.ending is Ending.EDGE):
+        return found
+    staying = reached(spec, numbers, 0.0, way, staying=True)
+    found = [(left, said) for left, _, said in staying if left == 0]
+    return found or [(0.0, said) for said in outside(spec, numbers)]
+
+
+def before(end: End, time: float) -> End:
+    """A motion as if it had ended some time before it did."""
+    count = len(end.state) // 2
+    rates = np.concatenate([end.state[count:], end.accelerations])
+    return replace(end, t=end.t - time, state=end.state - np.where(np.isfinite(rates), rates, 0.0) * time)
 
 
 def too_long(start: float, stop: float, end: End) -> Cause | None:

@@ -312,7 +312,7 @@ class Stepper:
             goes_on = self.finished is None
         guards = self.space.machine.program.rows_of_guards.guards
         cut = stop is Stop.GUARD and guards[due].role is Role.BREAK
-        if cut and guards[due].edge:
+        if not goes_on and stop is Stop.GUARD and guards[due].role is Role.EDGE:
             self.finished = Finished(Ending.EDGE)
         elif not goes_on and (cut or self._settling.undetermined):
             self.finished = Finished(Ending.CUT if cut else Ending.UNDETERMINED)

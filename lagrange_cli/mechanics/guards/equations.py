@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
 from lagrange_cli.mechanics.switching.cuts import Cut, cuts
-from lagrange_cli.mechanics.switching.edges import edges_to_watch
+from lagrange_cli.mechanics.switching.edges import edges_of
 from lagrange_cli.mechanics.switching.switches import has_rates, switches
 from lagrange_cli.mechanics.variables import nonzero
 from lagrange_cli.records import replace
@@ -22,7 +22,7 @@ from lagrange_cli.records import replace
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     """The equations and integrands for steps, in each of which no switch changes."""
-    found, edges, variables = cuts(residual.model), edges_to_watch(residual), residual.variables
+    found, edges, variables = cuts(residual.model), edges_of(residual), residual.variables
     if not (
         found
         or edges
@@ -51,10 +51,7 @@ def guarded_values(
 
 
 def with_multipliers(
-    residual: Residual,
-    integrands: Mapping[str, Node],
-    broken: Sequence[Cut] = (),
-    edges: Sequence[Node] = (),
+    residual: Residual, integrands: Mapping[str, Node], broken: Sequence[Cut] = (), edges: Sequence[Node] = ()
 ) -> tuple[Modes, Guarded]:
     """The equations with all multipliers that they are linear in, and the modes in them."""
     free: frozenset[Node] = frozenset()

@@ -1,35 +1,54 @@
 """Edges of domains that steps would pass: what the equations are made of has a value beyond them.
 
-Where sqrt(u), u**1.5 or log(u) stands in the equations, they have no series at u = 0, and steps become shorter
-before it. Often less is left: of u**1.5 in a position, the kinetic energy has the square of its slope, 9 u/4.
-Then u is watched. Where the kinetic energy has 1/u, as for sqrt(u) in a position, u becomes 0 as the square of
-a time does, and the motion seems to turn there. What changes its sign is then the root of u.
+Where sqrt(u), u**1.5 or log(u) stands in the equations, they have no series at u = 0, and steps become
+shorter before it. Often less is left: of u**1.5 in a position, the kinetic energy has the square of its
+slope, 9 u/4. Then u is watched.
+
+Where the kinetic energy has 1/u, as for sqrt(u) in a position, u becomes 0 as the square of a time does. The
+motion seems to turn there, and rounding decides whether steps pass. So it ends where u is almost 0, in terms
+of what it is the difference of.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.signs import Sign, proportional, signs
 from lagrange_cli.mechanics.residual import Residual
 
+NEAR = 2.0**-45
+"""An argument that has come to so small a part of its terms is at the edge, if it is only touched."""
 
-def edges_to_watch(residual: Residual) -> list[Node]:
-    """What is positive inside such edges, and passes 0 there."""
+
+def edges_of(residual: Residual) -> list[Node]:
+    """What is positive until a motion is at an edge that steps may pass."""
     known: dict[Node, Sign] = {}
     edges = [u for u in residual.model.edges if u.symbols & residual.variables and not signs(u, known)]
     if not edges:
         return []
-    count = len(residual.model.q)
-    entries = [(j, k, node) for j, row in enumerate(residual.entries) for k, node in row.items()]
-    masses = powers(node for j, k, node in entries if max(j, k) < count)
-    slopes = powers(node for j, k, node in entries if max(j, k) >= count)
+    inertias = powers(node for row in residual.entries for node in row.values())
     others = powers(residual.residual)
-    found = (passing(u, *(least(u, one) for one in (masses, slopes, others))) for u in edges)
-    return [one for one in found if one is not None]
+    found = []
+    for u in edges:
+        if is_touched(u, inertias):
+            found.append(u * u - NEAR**2 * squares(u))
+        elif least(u, others) == math.inf:
+            found.append(u)
+    return found
+
+
+def touches(residual: Residual) -> bool:
+    """Whether a motion may come to an edge with no change of any sign."""
+    inertias = powers(node for row in residual.entries for node in row.values())
+    return any(is_touched(u, inertias) for u in residual.model.edges)
+
+
+def is_touched(u: Node, inertias: Sequence[tuple[Node, Any]]) -> bool:
+    """Whether masses are infinite where u is 0, but motions come there."""
+    return bool(-2 < least(u, inertias) < 0)
 
 
 def powers(nodes: Iterable[Node]) -> list[tuple[Node, Any]]:
@@ -39,22 +58,15 @@ def powers(nodes: Iterable[Node]) -> list[tuple[Node, Any]]:
     return [(base, e) for base, e in pairs if e < 0 or e % 1 != 0]
 
 
-def least(u: Node, given: Iterable[tuple[Node, Any]]) -> Any:
+def least(u: Node, given: Sequence[tuple[Node, Any]]) -> Any:
     """The least exponent of u; infinity where there is none."""
-    plain = plain_of(u)
-    return min((e for base, e in given if proportional(plain, plain_of(base))), default=math.inf)
+    split = u.graph.split_coefficient
+    return min((e for base, e in given if proportional(split(u)[1], split(base)[1])), default=math.inf)
 
 
-def plain_of(node: Node) -> Node:
-    """A node without its coefficient."""
-    return node.graph.split_coefficient(node)[1]
-
-
-def passing(u: Node, mass: Any, slope: Any, other: Any) -> Node | None:
-    """What passes 0 where u reaches it, by the least exponents of u in the masses, the slopes of constraints
-    and the equations; None if steps cannot pass."""
-    if -2 < mass < 0:  # configurations lie along s with ds/du = u**(mass/2)
-        return u ** (1 + mass / 2)
-    if -1 < slope < 0:
-        return u ** (1 + slope)
-    return u if other == math.inf else None
+def squares(u: Node) -> Node:
+    """The sum of the squares of the terms of u."""
+    if u.kind is not Kind.SUM:
+        return u * u
+    constant, coefficients = u.data
+    return sum((c * c * a * a for a, c in zip(u.arguments, coefficients)), u.graph.lift(constant**2))

@@ -149,7 +149,7 @@ class GuardCode(GuardSearch):
             with f.when(role.equals(Role.SWITCH) | role.equals(Role.CUT)):
                 result.set(f.count(CHANGED))
                 changing.leave()
-            leaving = (Role.HOLD, Role.REST, *self._breaks)
+            leaving = (Role.HOLD, Role.REST, *self._breaks, *self._edges)
             with f.when(reduce(or_, [role.equals(one) for one in leaving])):
                 f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
