@@ -1,7 +1,7 @@
 // Events where compiled code leaves them to its caller (`integrate/impacts/happenings.py`): actions, resting
 // contact, and the end of a motion.
 
-const Role = { RECORD: 2, CHANGE: 3, ACTION: 4, REST: 5 };
+const Role = { RECORD: 2, CHANGE: 3, ACTION: 4, REST: 5, EDGE: 8 };
 const AFTER = -1;
 const NO_TIME = 2 ** -50, AGAIN = 1000, MOST_EVENTS = 20000;
 

@@ -6,6 +6,7 @@ const ENDS = {
   [Stop.UNDERFLOW]: "a singularity, a collision, or a force that has no series",
   [Stop.GUARD]: "a force or an energy jumps there, and no motion continues from there",
 };
+const EDGE = "an expression of the file has no value beyond this place";
 const GREAT = 1e280;
 const FEWEST = 16;
 
@@ -33,6 +34,7 @@ class Motion {
     if (engine.data.guards) {
       this.settling = new Settling(engine);
       this.settling.begin(begin.parameters);
+      this.endBeyondEdge();
       if (engine.data.guards.events.length) {
         this.happenings = new Happenings(this, this.settling);
         this.end(this.happenings.begin());
@@ -51,6 +53,10 @@ class Motion {
     if (reason) [this.ended, this.reason] = [true, reason];
     return Boolean(reason);
   }
+
+  // End the motion if it is where an expression of the file has no value.
+  endBeyondEdge() { if (!this.ended && this.settling.isBeyondEdge()) this.failAtEdge(); }
+  failAtEdge() { [this.ended, this.failed, this.reason] = [true, true, EDGE]; }
 
   advance() {
     const { places, call, times, out, stride } = this.engine;
@@ -85,10 +91,12 @@ class Motion {
         if (this.end(this.happenings.drain(before))) return;
         if (stop === Stop.GUARD && due >= this.settling.count) {
           this.end(this.happenings.happen(due, this.done));
+          this.endBeyondEdge();
           return;
         }
       }
       if (this.settling.goesOn(stop, due)) return;
+      if (stop === Stop.GUARD && this.settling.isEdge(due)) { this.failAtEdge(); return; }
     }
     if (stop === Stop.PAUSE || stop === Stop.SAMPLES) return;
     this.ended = true;

@@ -113,7 +113,18 @@ class Settling {
     }
   }
 
+  // Whether the state is where an expression of the file has no value.
+  isBeyondEdge() {
+    const edges = [...Array(this.count).keys()].filter((j) => this.isEdge(j));
+    if (!edges.length) return false;
+    const values = this.arguments();
+    return edges.some((j) => !(values[j] >= 0));
+  }
+
+  isEdge(j) { return j >= 0 && j < this.count && this.rows.guards[j].role === Role.EDGE; }
+
   goesOn(stop, due) {
+    if (stop === Stop.GUARD && this.isEdge(due)) return false;
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].parts) return this.leaveOut(due);
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].beside) return this.passes(due);
     if (stop === Stop.GUARD) return this.settle(due) || this.rest();
