@@ -178,6 +178,7 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
                 "direction": one.direction,
                 "beside": one.beside,
                 "parts": one.parts,
+                "placed": one.placed,
             }
             for one in rows.guards
         ],

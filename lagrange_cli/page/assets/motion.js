@@ -90,12 +90,14 @@ class Motion {
       if (this.happenings) {
         if (this.end(this.happenings.drain(before))) return;
         if (stop === Stop.GUARD && due >= this.settling.count) {
+          const first = this.settling.comesToHold(this.settling.clock(Clock.STEP));
+          if (first !== undefined && this.settle(stop, first)) return;
           this.end(this.happenings.happen(due, this.done));
           this.endBeyondEdge();
           return;
         }
       }
-      if (this.settling.goesOn(stop, due)) return;
+      if (this.settle(stop, due)) return;
       if (stop === Stop.GUARD && this.settling.isEdge(due)) { this.failAtEdge(); return; }
     }
     if (stop === Stop.PAUSE || stop === Stop.SAMPLES) return;
@@ -104,6 +106,14 @@ class Motion {
     const great = this.engine.data.outer.some((row) => Math.abs(this.engine.memory[row]) > GREAT);
     this.reason = great ? "a coordinate or a velocity exceeds the largest double" : ENDS[stop];
     this.failed = true;
+  }
+
+  // Choose the modes of switches where compiled code has stopped; whether the motion goes on from there.
+  settle(stop, due) {
+    const earlier = this.happenings?.moving();
+    const goesOn = this.settling.goesOn(stop, due);
+    if (goesOn && this.happenings) this.end(this.happenings.stop(earlier, this.done));
+    return goesOn;
   }
 
   // Compute what is shown of the samples that are new.
