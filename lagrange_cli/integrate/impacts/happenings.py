@@ -113,14 +113,20 @@ class Happenings:
 
     def stop(self, before: Moving | None, sample: int) -> Finished | None:
         """Handle the events that happen because friction stops the motion, which was as ``before``."""
-        stopped = {} if before is None else self._standstill.stopped(before)
-        for event, side in stopped.items():
-            guard = self._guards[event + self._sides.first]
-            if before is not None and not side * guard.direction > 0.0:
-                ended = self._done(event, before.rows[event, 1 : len(NOTES)], sample)
-                if ended is not None or guard.role is not Role.RECORD:
-                    return ended  # an action has made the motion another one
+        if before is None:
+            return None
+        stopped = self._standstill.stopped(before).items()
+        counting = [event for event, side in stopped if not side * self._sides.directions[event] > 0.0]
+        for event in sorted(counting, key=self._turn):
+            ended = self._done(event, before.rows[event, 1 : len(NOTES)], sample)
+            if ended is not None:
+                return ended
         return None
+
+    def _turn(self, event: int) -> tuple[bool, bool, int]:
+        """Of what happens at the same time, records come first, and impacts last; then the file's order
+        counts."""
+        return event in self._sides.sets, event in self._resting.impacts, event
 
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
@@ -198,9 +204,8 @@ class Happenings:
             sides.flip(event)
             return None
         others = sides.together(event) if event in sides.sets else []  # before the action changes their way
-        others.sort(key=sides.sets.__contains__)  # records before other actions
         values = sides.all_coefficients()[:, 0].copy()
-        for one in [*(e for e in others if e not in self._resting.impacts), event]:
+        for one in sorted([*(e for e in others if e not in self._resting.impacts), event], key=self._turn):
             ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, values[one])
             if ended is not None:
                 return ended

@@ -171,8 +171,7 @@ class GuardCode(GuardSearch):
             if self.actions.any:
                 with f.when(role.equals(Role.CHANGE)):
                     given = state, f.pointer("%constants"), j, f.pointer("%trial"), info
-                    more = Integer(f, "%sample"), *([row] if self.rows.bounces else [])
-                    done = f.call(Integer, "change", *given, *more)
+                    done = f.call(Integer, "change", *given, Integer(f, "%sample"), row)
                     with f.when(done.equals(LEFT)):
                         f.give(f.count(AWAY))
                     f.store(self.sides.mark(f), state, j + self.rows.fresh(layout))

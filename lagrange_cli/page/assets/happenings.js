@@ -145,7 +145,7 @@ class Happenings {
     }
     if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
     const values = this.allCoefficients().map(([value]) => value);
-    for (const one of [...(this.sets(e) ? this.together(e) : []), e]) { // before the action changes their way
+    for (const one of this.inTurn([...(this.sets(e) ? this.together(e) : []), e])) {
       const ended = this.done(one, sample, values[one]);
       if (ended) return ended;
     }
@@ -154,16 +154,21 @@ class Happenings {
 
   sets(e) { return this.rows.changed.some(([event]) => event === e); }
 
-  // The other events, but impacts, whose arguments become 0 at the same time; records before other actions.
+  // Of what happens at the same time, records come first, and impacts last; then the file's order counts.
+  inTurn(events) {
+    const turn = (e) => 2 * this.sets(e) + this.rests.has(e);
+    return events.sort((a, b) => turn(a) - turn(b) || a - b);
+  }
+
+  // The other events, but impacts, whose arguments become 0 at the same time.
   together(event) {
     const { settling } = this, time = SAME * Math.max(Math.abs(settling.now), settling.clock(Clock.STEP));
     const rows = this.allCoefficients();
-    const due = this.events.map((_, e) => e).filter((e) => {
+    return this.events.map((_, e) => e).filter((e) => {
       const [value, rate] = rows[e], side = this.side(e), { direction } = this.rows.guards[e + this.first];
       const comes = Math.abs(value) <= Math.abs(rate) * time && rate * side < 0;
       return e !== event && comes && settling.marks[e + this.first] === 0 && side * direction <= 0 && !this.rests.has(e);
     });
-    return [...due.filter((e) => !this.sets(e)), ...due.filter((e) => this.sets(e))];
   }
 
   // An event happens, and does what it does. Its argument had this value, beside 0, before others happened.
@@ -180,11 +185,11 @@ class Happenings {
 
   // Do what happens because friction stops the motion, which was as `before`.
   stop(before, sample) {
-    for (const [e, side] of before ? this.standstill.stopped(before) : []) {
-      const guard = this.rows.guards[e + this.first];
-      if (side * guard.direction > 0) continue;
+    const stopped = before ? this.standstill.stopped(before) : [];
+    const counting = stopped.filter(([e, side]) => !(side * this.rows.guards[e + this.first].direction > 0));
+    for (const e of this.inTurn(counting.map(([event]) => event))) {
       const ended = this.done(e, sample);
-      if (ended || guard.role !== Role.RECORD) return ended; // an action has made the motion another one
+      if (ended) return ended;
     }
     return "";
   }
