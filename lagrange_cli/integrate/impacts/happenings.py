@@ -6,7 +6,8 @@ this is 0 it is on the side that the motion leads to: a zero that an action leav
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,10 @@ def blur(noise: float, rates: Array) -> tuple[int, float]:
     moved **= 1.0 / np.arange(1.0, 1.0 + len(rates))
     error = float(np.min(moved))
     return 1 + int(np.flatnonzero(moved <= ALIKE * error)[-1]), error
+
+
+NONE: Mapping[int, float] = MappingProxyType({})
+"""No values."""
 
 
 class Happenings:
@@ -203,10 +208,16 @@ class Happenings:
         if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
-        others = sides.together(event) if event in sides.sets else []  # before the action changes their way
+        others, passed = list[int](), list[int]()  # before the action changes their way
+        if event in sides.sets:
+            others = [e for e in sides.together(event) if e not in self._resting.impacts]
+            passed = sides.passed(event, self._resting.times[:, 0])
+            passed = [e for e in passed if e not in self._resting.impacts]
         values = sides.all_coefficients()[:, 0].copy()
-        for one in sorted([*(e for e in others if e not in self._resting.impacts), event], key=self._turn):
-            ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, values[one])
+        at_zero = {e: float(values[e]) for e in (*others, *passed, event)}
+        counting = (e for e in others if sides.side(e) * sides.directions[e] <= 0.0)
+        for one in sorted([*counting, event], key=self._turn):
+            ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, at_zero)
             if ended is not None:
                 return ended
         for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
@@ -216,9 +227,11 @@ class Happenings:
             ended = self._done(other, sides.coefficients(other)[1 : len(NOTES)], sample)
         return ended
 
-    def _done(self, event: int, rates: Array, sample: int, value: float | None = None) -> Finished | None:
-        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does. The
-        argument had this ``value``, beside 0, before others happened at the same time."""
+    def _done(
+        self, event: int, rates: Array, sample: int, at_zero: Mapping[int, float] = NONE
+    ) -> Finished | None:
+        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does. Events
+        whose arguments are ``at_zero`` now had these values, beside 0, before others happened."""
         sides, role = self._sides, self._guards[event + self._sides.first].role
         again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
         rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
@@ -229,7 +242,7 @@ class Happenings:
             return ended
         if event not in sides.sets:
             return self._finished(Ending.STOPPED, event)
-        return self._act(event, sample, value)
+        return self._act(event, sample, at_zero)
 
     def _finished(self, ending: Ending, event: int) -> Finished:
         return Finished(ending, f"event {self._names[event]!r}")
@@ -269,7 +282,7 @@ class Happenings:
             return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))
         return None
 
-    def _act(self, event: int, sample: int, value: float | None) -> Finished | None:
+    def _act(self, event: int, sample: int, at_zero: Mapping[int, float]) -> Finished | None:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
@@ -293,12 +306,12 @@ class Happenings:
         # constraints move all arguments by rounding errors
         moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
         chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
-        chosen[event] = True
+        chosen[[event, *at_zero]] = True
         resting = np.flatnonzero((sides.modes == 0.0) & self._resting.rests)
         chosen[resting] = False
         self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
-            near = 2.0 * abs(rows[e, 0] if value is None else value) if e == event else 0.0
+            near = 2.0 * abs(at_zero.get(e, rows[e, 0])) if e == event or e in at_zero else 0.0
             if e == event and self._program.constraints:  # which have moved it by rounding errors
                 near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
             sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))

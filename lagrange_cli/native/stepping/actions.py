@@ -204,7 +204,8 @@ class ActionCode:
         return found.get()
 
     def _others(self, f: Function, j: Integer) -> Bit:
-        """Whether other events than impacts happen at the same time, whose way the action may change."""
+        """Whether other arguments than those of impacts are 0 at the same time: the action may change their
+        way."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         long = f.larger(f.magnitude(f.load(state, layout.time)), f.load(state, layout.at(Clock.STEP)))
         time, found = long * SAME, f.variable(f.never(1))
@@ -213,8 +214,7 @@ class ActionCode:
             mode, mark = (f.load(state, k + place(layout)) for place in (rows.mode, rows.fresh))
             u, rate = (self.at_once.coefficient(f, f.pointer("%row"), j, k, m) for m in (1, 2))
             comes = (f.magnitude(u) <= f.magnitude(rate) * time) & (rate * mode < 0.0) & mark.equals(0.0)
-            counts = mode * f.load_integer("@guard_directions", k).to_real() <= 0.0
-            due = comes & counts & ~k.equals(j)
+            due = comes & ~k.equals(j)
             if rows.bounces:
                 due = due & f.load_integer("@bounces", k).equals(NOTHING)
             found.set(found.get() | due)

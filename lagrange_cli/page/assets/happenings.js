@@ -144,9 +144,11 @@ class Happenings {
       return this.recurs(e, this.settling.now);
     }
     if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
-    const values = this.allCoefficients().map(([value]) => value);
-    for (const one of this.inTurn([...(this.sets(e) ? this.together(e) : []), e])) {
-      const ended = this.done(one, sample, values[one]);
+    const values = this.allCoefficients().map(([value]) => value), others = this.sets(e) ? this.together(e) : [];
+    const atZero = new Map([...others, ...(this.sets(e) ? this.passed(e) : []), e].map((one) => [one, values[one]]));
+    const counting = others.filter((one) => this.side(one) * this.rows.guards[one + this.first].direction <= 0);
+    for (const one of this.inTurn([...counting, e])) {
+      const ended = this.done(one, sample, atZero);
       if (ended) return ended;
     }
     return "";
@@ -160,24 +162,32 @@ class Happenings {
     return events.sort((a, b) => turn(a) - turn(b) || a - b);
   }
 
-  // The other events, but impacts, whose arguments become 0 at the same time.
-  together(event) {
-    const { settling } = this, time = SAME * Math.max(Math.abs(settling.now), settling.clock(Clock.STEP));
-    const rows = this.allCoefficients();
-    return this.events.map((_, e) => e).filter((e) => {
-      const [value, rate] = rows[e], side = this.side(e), { direction } = this.rows.guards[e + this.first];
-      const comes = Math.abs(value) <= Math.abs(rate) * time && rate * side < 0;
-      return e !== event && comes && settling.marks[e + this.first] === 0 && side * direction <= 0 && !this.rests.has(e);
+  // The other events, but impacts, whose arguments become 0 at the same time, from either side.
+  together(event) { return this.others(event, (e, ahead) => ahead < 0 && !this.atZero(e)); }
+
+  // Those whose arguments have just passed 0, but which have not acted.
+  passed(event) {
+    const acted = (e) => Math.abs(this.settling.now - this.memory[this.rows.times + 2 * e]) <= this.noTime;
+    return this.others(event, (e, ahead) => ahead > 0 && this.atZero(e) && !acted(e));
+  }
+
+  get noTime() { return SAME * Math.max(Math.abs(this.settling.now), this.settling.clock(Clock.STEP)); }
+
+  others(event, chosen) {
+    const rows = this.allCoefficients(), time = this.noTime;
+    return rows.flatMap(([value, rate], e) => {
+      const now = e !== event && !this.rests.has(e) && Math.abs(value) <= Math.abs(rate) * time;
+      return now && chosen(e, rate * this.side(e)) ? [e] : [];
     });
   }
 
-  // An event happens, and does what it does. Its argument had this value, beside 0, before others happened.
-  done(e, sample, value) {
+  // An event happens, and does what it does. Those at 0 now had these values, beside 0, before others happened.
+  done(e, sample, atZero = new Map()) {
     if (this.crossed(e, this.settling.now)) return MORE;
     this.released.delete(e);
     if (this.rows.guards[e + this.first].role === Role.RECORD) { this.flip(e); return ""; }
     if (!this.sets(e)) return `${this.name(e)} stops it`;
-    return this.act(e, sample, value);
+    return this.act(e, sample, atZero);
   }
 
   // How the motion is before switches are looked at.
@@ -219,7 +229,7 @@ class Happenings {
   }
 
   // Change what the event's action changes.
-  act(e, sample, value) {
+  act(e, sample, atZero) {
     const now = this.settling.now, earlier = this.state(this.memory);
     const length = this.settling.clock(Clock.STEP), side = this.side(e), held = this.held();
     const rows = this.allCoefficients(), { values } = this.actOn(earlier), switches = this.settling.arguments();
@@ -232,8 +242,9 @@ class Happenings {
     for (const [k, [, rate]] of sizes.entries()) {
       const side = this.side(k);
       if (side === 0 && this.rests.has(k)) this.goOn(k, later[k][1], ROUNDING * rate);
-      else if (k === e || side === 0 || later[k][0] !== rows[k][0]) {
-        this.chooseSide(k, later[k], k === e ? 2 * Math.abs(value ?? rows[k][0]) : 0, rate);
+      else if (k === e || atZero.has(k) || side === 0 || later[k][0] !== rows[k][0]) {
+        const near = k === e || atZero.has(k) ? 2 * Math.abs(atZero.get(k) ?? rows[k][0]) : 0;
+        this.chooseSide(k, later[k], near, rate);
       }
     }
     if (this.standstill.possible) this.standstill.hold();
