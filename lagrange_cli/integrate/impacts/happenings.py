@@ -176,6 +176,9 @@ class Happenings:
         if not len(events):
             return None
         self._resting.released.difference_update(events.tolist())
+        for event, time in zip(events.tolist(), records[:, self._layout.time].tolist()):
+            if event in self._sides.sets and event not in self._resting.impacts:
+                self._resting.times[event] = time, 0.0
         rates = [records[:, self._layout.at(one)] for one in NOTES[1:]]
         return self._crossed(records, events, np.array(rates))
 

@@ -128,7 +128,7 @@ class ActionCode:
         if rows.switches:
             with f.when(self._switching(f, j)):
                 f.give(left)
-        if rows.events > 1:
+        if rows.events > 1 and not self.alone:
             with f.when(self._others(f, j)):
                 f.give(left)
         results = self._acted(f, j)
@@ -213,8 +213,8 @@ class ActionCode:
         with f.loop(first, first + rows.events, tested=False) as k:
             mode, mark = (f.load(state, k + place(layout)) for place in (rows.mode, rows.fresh))
             u, rate = (self.at_once.coefficient(f, f.pointer("%row"), j, k, m) for m in (1, 2))
-            comes = (f.magnitude(u) <= f.magnitude(rate) * time) & (rate * mode < 0.0) & mark.equals(0.0)
-            due = comes & ~k.equals(j)
+            now, ahead, fresh = f.magnitude(u) <= f.magnitude(rate) * time, rate * mode, mark > 0.0
+            due = now & (((ahead < 0.0) & ~fresh) | ((ahead > 0.0) & fresh)) & ~k.equals(j)
             if rows.bounces:
                 due = due & f.load_integer("@bounces", k).equals(NOTHING)
             found.set(found.get() | due)

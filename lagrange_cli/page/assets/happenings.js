@@ -110,6 +110,7 @@ class Happenings {
         this.changed(sample + earlier[layout.clock + Clock.LEAVING], record);
       } else {
         const e = clock(Clock.STEP) - this.first, t = clock(Clock.TIME);
+        if (this.sets(e) && !this.rests.has(e)) this.memory.set([t, 0], this.rows.times + 2 * e);
         if (!this.standstill.leaving(e, t) && this.crossed(e, t)) return MORE;
       }
     }
