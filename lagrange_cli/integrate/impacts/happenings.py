@@ -219,10 +219,16 @@ class Happenings:
         values = sides.all_coefficients()[:, 0].copy()
         at_zero = {e: float(values[e]) for e in (*others, *passed, event)}
         counting = (e for e in others if sides.side(e) * sides.directions[e] <= 0.0)
+        side = sides.side(event)
         for one in sorted([*counting, event], key=self._turn):
+            if others and one in self._resting.impacts and sides.coefficients(one)[1] * side >= 0.0:
+                break  # another action has turned the motion
             ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, at_zero)
             if ended is not None:
                 return ended
+            if one in sides.sets:  # another action may drive the motion back to it
+                del at_zero[one]
+        ended = None
         for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
             other = self._resting.due()
             if ended is not None or other is None:

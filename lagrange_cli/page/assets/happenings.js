@@ -148,9 +148,12 @@ class Happenings {
     const values = this.allCoefficients().map(([value]) => value), others = this.sets(e) ? this.together(e) : [];
     const atZero = new Map([...others, ...(this.sets(e) ? this.passed(e) : []), e].map((one) => [one, values[one]]));
     const counting = others.filter((one) => this.side(one) * this.rows.guards[one + this.first].direction <= 0);
+    const side = this.side(e);
     for (const one of this.inTurn([...counting, e])) {
+      if (others.length && this.events[one].impact && this.seriesOf(one)[1] * side >= 0) break; // another action has turned the motion
       const ended = this.done(one, sample, atZero);
       if (ended) return ended;
+      if (this.sets(one)) atZero.delete(one); // another action may drive the motion back to it
     }
     return "";
   }
@@ -159,7 +162,7 @@ class Happenings {
 
   // Of what happens at the same time, records come first, and impacts last; then the file's order counts.
   inTurn(events) {
-    const turn = (e) => 2 * this.sets(e) + this.rests.has(e);
+    const turn = (e) => 2 * this.sets(e) + this.events[e].impact;
     return events.sort((a, b) => turn(a) - turn(b) || a - b);
   }
 
@@ -177,7 +180,7 @@ class Happenings {
   others(event, chosen) {
     const rows = this.allCoefficients(), time = this.noTime;
     return rows.flatMap(([value, rate], e) => {
-      const now = e !== event && !this.rests.has(e) && Math.abs(value) <= Math.abs(rate) * time;
+      const now = e !== event && !this.events[e].impact && Math.abs(value) <= Math.abs(rate) * time;
       return now && chosen(e, rate * this.side(e)) ? [e] : [];
     });
   }

@@ -6,7 +6,7 @@ const ENDS = {
   [Stop.UNDERFLOW]: "a singularity, a collision, or a force that has no series",
   [Stop.GUARD]: "a force or an energy jumps there, and no motion continues from there",
 };
-const EDGE = "an expression of the file has no value beyond this place";
+const NO_VALUE = "an expression of the file has no value beyond this place";
 const GREAT = 1e280;
 const FEWEST = 16;
 
@@ -56,7 +56,7 @@ class Motion {
 
   // End the motion if it is where an expression of the file has no value.
   endBeyondEdge() { if (!this.ended && this.settling.isBeyondEdge()) this.failAtEdge(); }
-  failAtEdge() { [this.ended, this.failed, this.reason] = [true, true, EDGE]; }
+  failAtEdge() { [this.ended, this.failed, this.reason] = [true, true, NO_VALUE]; }
 
   advance() {
     const { places, call, times, out, stride } = this.engine;
