@@ -179,9 +179,9 @@ class Recording:
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
     steps may pass over, of ``NARROW``, ``SWITCHES``, ``CUTS`` and ``EDGES``. ``events`` are in the order of
-    the model, and ``at_events`` are the datasets of q and v at their crossings. Outputs that are ``left_out`` would take
-    members of families written out, which are too many. ``undefined`` says which observables have no values,
-    and why.
+    the model, and ``at_events`` are the datasets of q and v at their crossings. Outputs that are ``left_out``
+    would take members of families written out, which are too many. ``undefined`` says which observables have
+    no values, and why.
     """
 
     coordinates: tuple[str, ...]

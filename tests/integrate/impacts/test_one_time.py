@@ -1,4 +1,4 @@
-"""Events at one time all happen, once each and in the file's order, whatever rounding says which came first."""
+"""Events at one time all happen, once each and in the file's order, whatever rounding makes the first one."""
 
 from __future__ import annotations
 
