@@ -30,6 +30,7 @@ class Ending(Enum):
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
     RECURRING = "an event occurs again and again at the same time"
+    IDLE = "an impact without any speed changes nothing, and happens again and again,"
     DRAGGED = "infinitely many impacts happen, each of which changes a velocity however slow it is,"
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
@@ -74,6 +75,7 @@ WAYS_OUT = {
     Ending.OVERFLOW: "{before}",
     Ending.TOO_LONG: "end the run earlier with --stop",
     Ending.RECURRING: "let its action move the state away from it, or end the run before it with --stop",
+    Ending.IDLE: "let its action reduce the speed, so that bodies may rest on each other, or {before}",
     Ending.DRAGGED: "let the action change other velocities in proportion to the speed of the impact, "
     "or {before}",
     Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER raises it",

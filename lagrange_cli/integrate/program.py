@@ -15,9 +15,9 @@ from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.contacts import without_contact_forces
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
+from lagrange_cli.mechanics.guards.equations import edges_of
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
-from lagrange_cli.mechanics.switching.edges import edges_of, touches
 from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.native.llvm.length import SHORTER
 from lagrange_cli.native.members import SECTION
@@ -94,6 +94,15 @@ def refuse_what_hides(residual: Residual) -> None:
             "zeros of this expression may be missed, as it contains exp, tanh, sinh, cosh, high powers or "
             "quotients: write an expression without them that has the same zeros"
         )
+
+
+def touches(residual: Residual) -> bool:
+    """Whether a motion may come to the edge of a domain with no change of any sign."""
+    if not residual.model.edges:
+        return False
+    from lagrange_cli.mechanics.switching.edges import touched
+
+    return touched(residual)
 
 
 def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str, ...]:

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 
 from lagrange_cli.expression.algebra import E
-from lagrange_cli.expression.borders import ENDS, borders, outside_branches
-from lagrange_cli.expression.numbers import evaluate
-from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Name, Tree
+from lagrange_cli.expression.borders import borders, outside_branches
+from lagrange_cli.expression.syntax import Name, Tree, ends_somewhere
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.content import groups_by_name, statements, written
 from lagrange_cli.spec.spec import Expression, Spec
@@ -24,12 +23,10 @@ def built_edges(scope: Scope[E]) -> Iterator[E]:
     """What is positive within the domains of all functions that the equations of motion are made of."""
     spec, found = scope.spec, set[E]()
     every = [*spec.in_motion(written), *written(spec.all_constraints)]
-    if not any(may_end(one) for each in chain(every, written(spec.definitions)) for one in counted(each)):
-        return
     members = chain(spec.in_motion(lambda section: section.values()), spec.all_constraints.values())
     for each in chain(members, definitions_in(spec, every)):
         for border, indices in borders(each.tree, {**spec.sizes, **each.indices}, branches=False):
-            if may_end(border.whole):
+            if ends_somewhere(border.whole):
                 inside = scope.builder.build(border.argument, indices)
                 if len(border.ends) > 1:
                     inside = scope.algebra.number("1") - inside * inside
@@ -41,18 +38,6 @@ def built_edges(scope: Scope[E]) -> Iterator[E]:
 def counted(expression: Expression) -> Iterator[Tree]:
     """The parts of an expression that have to have a value."""
     return outside_branches(expression.tree)
-
-
-def may_end(tree: Tree) -> bool:
-    """Whether it has values on one side of an edge only, whatever parameters are."""
-    if isinstance(tree, Call):
-        return bool(ENDS.get(tree.function))
-    if not isinstance(tree, Binary) or tree.operator != "**":
-        return False
-    try:
-        return evaluate(tree.right) % 1.0 != 0.0
-    except (ExpressionError, LookupError):
-        return False
 
 
 def definitions_in(spec: Spec, expressions: Iterable[Expression]) -> Iterator[Expression]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.equations import edges_of
 from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
-from lagrange_cli.mechanics.switching.edges import edges_of
 from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import UNROLLED

@@ -98,7 +98,7 @@ class Happenings:
                     self._resting.hold(e, -float(direction))
                     rows = sides.all_coefficients()
                 elif sides.changes_nothing(e, new):  # an elastic impact without any speed
-                    return self._finished(Ending.RECURRING, e)
+                    return self._finished(Ending.IDLE, e)
             elif sides.at_zero(e) and direction and sides.side(e) == direction and sides.turns(e, new):
                 sides.settling.modes[e + sides.first] = -float(direction)
         self._resting.together()

@@ -14,7 +14,6 @@ from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
 from lagrange_cli.mechanics.switching.cuts import Cut, cuts
-from lagrange_cli.mechanics.switching.edges import edges_of
 from lagrange_cli.mechanics.switching.switches import has_rates, switches
 from lagrange_cli.mechanics.variables import nonzero
 from lagrange_cli.records import replace
@@ -33,6 +32,15 @@ def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     ):
         return Guarded(residual, integrands)
     return with_multipliers(residual, integrands, found, edges)[1]
+
+
+def edges_of(residual: Residual) -> list[Node]:
+    """What is positive until a motion is at the edge of a domain that steps may pass."""
+    if not residual.model.edges:
+        return []
+    from lagrange_cli.mechanics.switching.edges import watched_edges
+
+    return watched_edges(residual)
 
 
 def followed(residual: Residual) -> list[Node]:

@@ -23,7 +23,7 @@ NEAR = 2.0**-45
 """An argument that has come to so small a part of its terms is at the edge, if it is only touched."""
 
 
-def edges_of(residual: Residual) -> list[Node]:
+def watched_edges(residual: Residual) -> list[Node]:
     """What is positive until a motion is at an edge that steps may pass."""
     known: dict[Node, Sign] = {}
     edges = [u for u in residual.model.edges if u.symbols & residual.variables and not signs(u, known)]
@@ -40,7 +40,7 @@ def edges_of(residual: Residual) -> list[Node]:
     return found
 
 
-def touches(residual: Residual) -> bool:
+def touched(residual: Residual) -> bool:
     """Whether a motion may come to an edge with no change of any sign."""
     inertias = powers(node for row in residual.entries for node in row.values())
     return any(is_touched(u, inertias) for u in residual.model.edges)

@@ -60,7 +60,7 @@ class Happenings {
       if (!leads && direction) this.settling.modes[e + this.first] = -direction; // bodies touch, and move together
       else if (still && direction && this.side(e) === direction) {
         if (this.rests.has(e)) this.hold(e, -direction);
-        else if (this.changesNothing(e, values)) return `${this.name(e)} happens again and again at the same time`;
+        else if (this.changesNothing(e, values)) return `${this.name(e)} is an impact without any speed, and changes nothing`;
       } else if (this.atZero(e) && direction && this.side(e) === direction && this.turns(e, values)) {
         this.settling.modes[e + this.first] = -direction;
       }
