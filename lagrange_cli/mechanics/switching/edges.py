@@ -17,6 +17,7 @@ from typing import Any
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.signs import Sign, proportional, signs
+from lagrange_cli.expression.squares import square
 from lagrange_cli.mechanics.residual import Residual
 
 NEAR = 2.0**-45
@@ -26,7 +27,7 @@ NEAR = 2.0**-45
 def watched_edges(residual: Residual) -> list[Node]:
     """What is positive until a motion is at an edge that steps may pass."""
     known: dict[Node, Sign] = {}
-    edges = [u for u in residual.model.edges if u.symbols & residual.variables and not signs(u, known)]
+    edges = [u for u in residual.model.edges if u.symbols & residual.variables and may_change(u, known)]
     if not edges:
         return []
     inertias = powers(node for row in residual.entries for node in row.values())
@@ -43,7 +44,16 @@ def watched_edges(residual: Residual) -> list[Node]:
 def touched(residual: Residual) -> bool:
     """Whether a motion may come to an edge with no change of any sign."""
     inertias = powers(node for row in residual.entries for node in row.values())
-    return any(is_touched(u, inertias) for u in residual.model.edges)
+    known: dict[Node, Sign] = {}
+    return any(is_touched(u, inertias) and may_change(u, known) for u in residual.model.edges)
+
+
+def may_change(u: Node, known: dict[Node, Sign]) -> bool:
+    """Whether its sign may change, as far as its form shows: that of a square, as 1 - cos(x), does not."""
+    if signs(u, known):
+        return False
+    found = square(u.graph, u) if u.kind is Kind.SUM else None
+    return found is None or not signs(found.factor, known)
 
 
 def is_touched(u: Node, inertias: Sequence[tuple[Node, Any]]) -> bool:
