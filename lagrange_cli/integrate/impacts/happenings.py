@@ -16,6 +16,7 @@ from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.ending import Ending, Finished
 from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.guards.modes import ROUNDING
+from lagrange_cli.integrate.impacts.doubts import ULP, doubts
 from lagrange_cli.integrate.impacts.resting import Impact, Resting
 from lagrange_cli.integrate.impacts.sides import Sides
 from lagrange_cli.integrate.impacts.standstill import Moving, Standstill
@@ -29,29 +30,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.integrate.events import EventSink, Judge
 
-GRAZING = 2.0**-46
-"""An argument that goes beyond 0 by at most this fraction of its terms may not cross 0 at all."""
-FLAT = 2.0**-12
-"""The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
-ULP = {1: 2.0**-52, 2: 2.0**-104}
-"""The rounding of numbers of so many parts."""
 ALSO = 64
 """Impacts that happen at the same time are followed at once, so many at most."""
-ALIKE, BLURRED = 8.0, 2.0**-37
-"""Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
-of no account."""
-
-
-def blur(noise: float, rates: Array) -> tuple[int, float]:
-    """How many zeros rounding may not tell from one, up to 3, and by how much it may move them: where
-    coefficient k alone stands against the ``noise``, by (noise/|c_k|)^(1/k)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        moved = np.where(rates == 0.0, np.inf, noise / np.abs(rates))
-    moved **= 1.0 / np.arange(1.0, 1.0 + len(rates))
-    error = float(np.min(moved))
-    return 1 + int(np.flatnonzero(moved <= ALIKE * error)[-1]), error
-
-
 NONE: Mapping[int, float] = MappingProxyType({})
 """No values."""
 
@@ -271,20 +251,11 @@ class Happenings:
         t, low = (memories[:, layout.at(one)].copy() for one in (Clock.TIME, Clock.TIME_LOW))
         lengths = memories[:, layout.at(Clock.LENGTH)]
         states = memories.take(sides.places, axis=1)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            beyond = rates[0] * rates[0] / (4.0 * np.abs(rates[1]))
-            square = lengths * lengths
-            along = np.abs(rates) * [lengths, square, square * lengths]  # what cancels along the step
-        reached = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
-        flat = ~(along[0] > FLAT * (along[1] + along[2])) | (beyond <= GRAZING * np.fmax(along[1], reached))
-        grazing, errors = np.zeros(len(events), dtype=bool), np.zeros(len(events))
-        for k in np.flatnonzero(flat):
-            size = float(np.fmax(along[1, k], sides.act_on(states[k])[1][events[k], 0]))
-            order, error = blur(ULP[program.parts] * np.fmax(size, along[2, k]), rates[:, k])
-            if order < 3:
-                grazing[k] = beyond[k] <= GRAZING * size
-            elif error > BLURRED * max(abs(t[k]), lengths[k]):
-                errors[k] = error
+        reached = np.max(np.abs(states[:, : program.rows]), axis=1)
+        grazing, errors = doubts(
+            rates, lengths, t, reached, ULP[program.parts],
+            lambda k: float(sides.act_on(states[k])[1][events[k], 0]),
+        )  # fmt: skip
         self._sink.crossed(Crossings(events, t, low, states, grazing, errors))
         self._count += len(events)
         if self._count > self._most:
