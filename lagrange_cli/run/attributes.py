@@ -50,6 +50,8 @@ UNDETECTED = {
     "cuts": "{} does not locate the jump of atan2(y, x) from pi to -pi, at y = 0 and x < 0: if a potential, "
     "a force or a constraint jumps with it, the motion after it is wrong; "
     "compare with the Taylor method, which locates it",
+    "edges": "{} does not notice where a root, a logarithm or an arcsine in the file has no value: "
+    "the motion after it is wrong; compare with the Taylor method, which ends there",
 }
 """The warnings for systems with such functions, by what ``Outcome.undetected`` has."""
 
