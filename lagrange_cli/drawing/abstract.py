@@ -2,8 +2,8 @@
 
 Coordinates x, y (and z) are taken for a place, with an angle beside them for the direction that it looks in.
 A family is drawn as a string, or as a net, of what its members are. Any other angle is the hand of a dial,
-and any other coordinate a point on an axis of its own. All but places are drawn in units of their values at
-the start.
+and any other coordinate a point on an axis of its own; their names are written beside them. All but places
+are drawn in units of their values at the start.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from itertools import product
 
 from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.drawing.sheet import Sheet
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.confusions import romanized
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.spec.spec import Coordinate, Family
 
@@ -20,6 +21,8 @@ ANGLES = frozenset(
     ("theta", "phi", "psi", "alpha", "beta", "gamma", "delta", "chi", "varphi", "omega", "epsilon", "angle")
 )
 """Names of angles, where the file gives no unit."""
+LENGTHS = frozenset("xyzuXYZ")
+"""Names that are no angles, even where their sine is taken, as in a potential that repeats itself."""
 PLACES = (("x", "y", "z"), ("x", "y"), ("X", "Y", "Z"), ("X", "Y"))
 LINES = 24
 """Lines of a net in each direction, at most."""
@@ -38,6 +41,7 @@ def sketch(scene: Scene) -> Sheet:
     names = next((names for names in PLACES if all(name in named for name in names)), ())
     sheet = Sheet(scene, 3 if len(names) == 3 or (net and not names) else 2)
     sheet.abstract = True
+    sheet.scaled = bool(names)
     if names:
         _place(sheet, names, [one for one in loose if one.name not in names], named)
     elif net is not None:
@@ -51,18 +55,33 @@ def sketch(scene: Scene) -> Sheet:
     return sheet
 
 
-def is_angle(coordinate: Coordinate) -> bool:
-    """Whether a coordinate is an angle, by its unit or, without one, by its name."""
+def is_angle(scene: Scene, coordinate: Coordinate) -> bool:
+    """Whether a coordinate is an angle, by its unit or, without one, by its name, or because its sine or
+    cosine is taken."""
     if coordinate.unit:
         return coordinate.unit in ("rad", "deg")
-    return coordinate.name.partition("[")[0].rstrip("0123456789_") in ANGLES
+    name = romanized(coordinate.name.partition("[")[0].rstrip("0123456789_"))
+    if name in ANGLES or name in LENGTHS:
+        return name in ANGLES
+    return bool(turning(scene) & scene.coordinates[scene.number[coordinate.name]].symbols)
+
+
+def turning(scene: Scene) -> int:
+    """The coordinates of whose sums L contains a sine or a cosine."""
+    lagrangian, found = scene.spec.lagrangian, 0
+    for one in () if lagrangian is None else reachable([scene.scope.scalar(lagrangian)]):
+        if one.kind is Kind.FUNCTION and one.data in ("sin", "cos"):
+            (argument,) = one.arguments
+            terms = argument.arguments if argument.kind is Kind.SUM else (argument,)
+            found |= union(term for term in terms if term in scene.coordinates)
+    return found
 
 
 def _place(sheet: Sheet, names: tuple[str, ...], others: list[Coordinate], named: dict[str, Node]) -> None:
     """A point where the coordinates are, and where it looks."""
     place = tuple(named[name] for name in names)
     sheet.dot(", ".join(names), place, trail=True)
-    angles = [one for one in others if is_angle(one)]
+    angles = [one for one in others if is_angle(sheet.scene, one)]
     if len(angles) == 1 and len(names) == 2:
         angle, length = named[angles[0].name], 0.3 * sheet.scene.swing(names)
         ahead = (
@@ -105,14 +124,14 @@ def _string(sheet: Sheet, family: Family, named: dict[str, Node], right: float) 
 def _gauges(sheet: Sheet, loose: list[Coordinate], named: dict[str, Node], right: float) -> None:
     """Dials of angles and points on axes; two other coordinates span a plane."""
     graph = sheet.scene.graph
-    if len(loose) == 2 and not right and not any(map(is_angle, loose)):
-        sheet.dot(
-            f"{loose[0].name}, {loose[1].name}", (named[loose[0].name], named[loose[1].name]), trail=True
-        )
+    if len(loose) == 2 and not right and not any(is_angle(sheet.scene, one) for one in loose):
+        both = f"{loose[0].name}, {loose[1].name}"
+        sheet.dot(both, (named[loose[0].name], named[loose[1].name]), trail=True, label=both)
+        sheet.scaled = True
         return
     for one in loose:
         q, middle = named[one.name], graph.constant(right)
-        if is_angle(one):
+        if is_angle(sheet.scene, one):
             tip = (middle + graph.function("sin", [q]), -graph.function("cos", [q]))
             sheet.rod((middle, graph.zero), tip)
             number = sheet.scene.number[one.name]
@@ -121,5 +140,5 @@ def _gauges(sheet: Sheet, loose: list[Coordinate], named: dict[str, Node], right
             value = q * (1 / sheet.scene.swing((one.name,)))
             tip = (value, graph.zero) if len(loose) == 1 and not right else (middle, value)
             sheet.locus("", tip, [sheet.scene.number[one.name]], [None])
-        sheet.dot(one.name, tip)
+        sheet.dot(one.name, tip, label=one.name)
         right += BESIDE

@@ -22,7 +22,8 @@ class Dot:
     """A particle, or a point of the ``draw`` section: a disc at ``point``.
 
     ``mass`` is the number of its mass in ``Drawing.sizes``, None where it has none. ``group`` is the number
-    of its family among all that have a colour of their own: equal groups have equal colours.
+    of its family among all that have a colour of their own: equal groups have equal colours. ``label`` is
+    written beside it.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Dot:
     mass: int | None
     group: int
     colour: str = ""
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ class Drawing:
     curves besides: points that curves are made of may depend on them. ``trails`` are the points that leave a
     trail. ``sliders`` are the ranges of parameters and initial values (``theta``, ``theta_dot``) that the
     file gives. ``abstract`` says that the file does not tell where anything is: coordinates are drawn on
-    dials and axes.
+    dials and axes. If ``scaled``, places are in the units of the file.
     """
 
     dimension: int
@@ -138,6 +140,7 @@ class Drawing:
     sliders: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     free: tuple[str, ...] = ()
     abstract: bool = False
+    scaled: bool = True
     located: Located | None = None
 
     @property
@@ -169,7 +172,7 @@ class Drawing:
             "trails": list(self.trails),
             "camera": _plain(self.camera),
             "sliders": {name: list(ends) for name, ends in self.sliders.items()},
-            "abstract": self.abstract,
+            "scaled": self.scaled,
         }
 
 

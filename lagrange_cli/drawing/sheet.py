@@ -27,6 +27,7 @@ class Sheet:
         self.solids: list[Solid] = []
         self.trails: list[int] = []
         self.abstract = False
+        self.scaled = True
 
     def point(self, place: Place, seen: bool = True) -> int:
         """The number of a place; one that need not be ``seen`` does not move the camera."""
@@ -48,12 +49,19 @@ class Sheet:
         return self.groups.setdefault(name.partition("[")[0], len(self.groups))
 
     def dot(
-        self, name: str, place: Place, mass: Node | None = None, *, trail: bool = False, group: str = ""
+        self,
+        name: str,
+        place: Place,
+        mass: Node | None = None,
+        *,
+        trail: bool = False,
+        group: str = "",
+        label: str = "",
     ) -> None:
         """Add a particle, or a point, with the colour of its ``group`` or of its name."""
         number = self.point(place)
         size = None if mass is None else self.size(mass)
-        self.dots.append(Dot(name, number, size, self.group(group or name)))
+        self.dots.append(Dot(name, number, size, self.group(group or name), label=label))
         if trail:
             self.trails.append(number)
 
@@ -108,4 +116,5 @@ class Sheet:
             solids=tuple(self.solids),
             trails=tuple(self.trails),
             abstract=self.abstract,
+            scaled=self.scaled,
         )

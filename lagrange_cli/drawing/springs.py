@@ -133,7 +133,8 @@ def _along_a_line(scene: Scene, stretch: Node, owners: Owners) -> Spring | None:
 
 
 def _components(scene: Scene, stretch: Node, owners: Owners) -> Iterator[tuple[tuple[End, str], int]]:
-    """The pairs of points with a component of whose distance ``stretch`` is, up to its sign."""
+    """The pairs of points with a component of whose distance ``stretch`` is, up to its sign; two particles
+    may be measured from places of their own, where they rest."""
     names = near(scene, stretch, owners)[:MOST]
     (values,) = scene.probe([stretch])
     for k, b in enumerate(names):
@@ -143,7 +144,7 @@ def _components(scene: Scene, stretch: Node, owners: Owners) -> Iterator[tuple[t
             (own,) = scene.probe([component])
             for a in names[:k]:
                 (other,) = scene.probe([scene.positions[a][i]])
-                if equal(np.abs(own - other), np.abs(values)):
+                if any(steady(own - other - sign * values, float(np.abs(own).max())) for sign in (1.0, -1.0)):
                     yield (a, b), i
             for sign in (1.0, -1.0):
                 if steady(own - sign * values, float(np.abs(own).max())):

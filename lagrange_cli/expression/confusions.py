@@ -90,6 +90,7 @@ FUNCTIONS: dict[str, str] = {
     "pow": "x**y", "power": "x**y", "square": "x**2", "sq": "x**2", "sqr": "x**2", "cbrt": "x**(1/3)",
     "root": "sqrt(x)", "squareroot": "sqrt(x)", "hypot": "sqrt(x**2 + y**2)", "expm1": "exp(x) - 1",
     "log1p": "log(1 + x)", "sinc": "sin(x)/x", "radians": "x*pi/180", "deg2rad": "x*pi/180",
+    "deg": "x*pi/180 for x degrees", "rad": "x: angles are in radians, and x*pi/180 is x degrees",
     "degrees": "x*180/pi", "rad2deg": "x*180/pi",
     "mag": "norm(a)", "magnitude": "norm(a)", "length": "norm(a)", "vec": "(x, y, z)",
     "len": "norm(a) for the length of a vector; the number of members is a number or one of the sizes",
@@ -122,10 +123,15 @@ NOT_SUPPORTED: dict[str, str] = {
 
 NAMES: dict[str, str] = {
     "π": "pi", "Pi": "pi", "PI": "pi", "time": "t", "Time": "t", "τ": "2*pi, or add it to the parameters",
+    **dict.fromkeys(("deg", "degree", "degrees"), "pi/180: angles are in radians"),
+    **dict.fromkeys(("rad", "radian", "radians"), "1: angles are in radians"),
     "e": "exp(x) for a power of Euler's number, or add it to the parameters",
     "E": "exp(x) for a power of Euler's number, or add it to the parameters",
 }  # fmt: skip
 """Names of constants: what stands after 'write'."""
+
+SWITCHES = frozenset({"yes", "no", "on", "off", "true", "false"})
+"""Words for yes and no in other files, in small letters."""
 
 QUANTITIES: dict[str, tuple[str, str]] = {
     spelling: (output, what)

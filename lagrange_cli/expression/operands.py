@@ -156,7 +156,7 @@ class Operands(Sums):
         if component:
             known = ", ".join((*COMPONENTS, *VELOCITY_COMPONENTS))
             self.error(span, f"a point of a body has no component '{component}'", f"it has {known}")
-        return Vector(tuple(along(i, "") for i in range(3)), span)
+        return Vector(tuple(along(i, "") for i in range(3)), span, tuple(places))
 
     def indices(self) -> tuple[Tree, ...]:
         """The content of the brackets behind a name."""

@@ -11,7 +11,7 @@ from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, known_indices
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.reals import FADED, SMALLEST, TOO_SMALL, Underflow
-from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
+from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Name, Tree, Vector, parts
 from lagrange_cli.expression.vocabulary import VECTOR_FUNCTIONS
 
 
@@ -106,17 +106,27 @@ def nothing(value: Any) -> bool:
     return isinstance(value, float) and value == 0.0
 
 
+def _bracketed(tree: Tree) -> str:
+    """The way out where square brackets stand for parentheses; nothing where they do not."""
+    alone = any(isinstance(one, Vector) and len(one.items) == 1 for one in parts(tree))
+    return "write parentheses: [ and ] make a vector" if alone else ""
+
+
 def _sum(operation: Callable[[Any, Any], Any]) -> Callable[[Value, Value, Binary], Value]:
     def combine(left: Value, right: Value, tree: Binary) -> Value:
         if isinstance(left, tuple) and isinstance(right, tuple):
             _same_length(tree, left, right)
             return tuple(map(operation, left, right))
         if isinstance(left, tuple) or isinstance(right, tuple):
-            raise ExpressionError(
-                tree.span,
-                f"a vector and a scalar cannot be combined by '{tree.operator}'",
-                "take a component of the vector, as in bead.x, or its norm()",
-            )
+            vector, side = (left, tree.left) if isinstance(left, tuple) else (right, tree.right)
+            hint = "take a component of the vector, as in bead.x, or its norm()"
+            if isinstance(side, Name) and not side.indices:
+                name = side.identifier
+                hint = f"write {name}.x for its component"
+                if len(vector) > 1:
+                    hint = f"write {name}.x for a component, or norm({name})"
+            message = f"a vector and a scalar cannot be combined by '{tree.operator}'"
+            raise ExpressionError(tree.span, message, _bracketed(side) or hint)
         return operation(left, right)
 
     return combine
@@ -144,7 +154,8 @@ def _quotient(left: Value, right: Value, tree: Binary) -> Value:
 
 def _power(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(left, tuple) or isinstance(right, tuple):
-        raise ExpressionError(tree.span, "a vector cannot stand in a power", "write dot(a, a) for a square")
+        hint = _bracketed(tree.left) or _bracketed(tree.right) or "write dot(a, a) for a square"
+        raise ExpressionError(tree.span, "a vector cannot stand in a power", hint)
     power = left**right
     if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")

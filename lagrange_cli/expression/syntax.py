@@ -93,10 +93,11 @@ class Call:
 
 @dataclass(frozen=True)
 class Vector:
-    """``(x, y, z)``: one, two or three components."""
+    """``(x, y, z)``: one, two or three components. A point of a body has coordinates there, ``places``."""
 
     items: tuple[Tree, ...]
     span: Span
+    places: tuple[Tree, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,8 @@ class Loop:
     span: Span
 
 
+ONE_SIDED = "sqrt", "log", "asin", "acos"
+"""Functions with values on one side of an edge only."""
 Tree: TypeAlias = Number | Name | Lookup | Negative | Binary | Call | Vector | Comparison | Logic | Sum
 """``Comparison`` and ``Logic`` stand in the conditions of a ``Sum`` only, ``Lookup`` among whole numbers."""
 
@@ -272,6 +275,33 @@ def equalities(tree: Tree) -> Iterator[Comparison]:
 def calls(tree: Tree, functions: Collection[str]) -> bool:
     """Whether one of the functions is called in ``tree``."""
     return any(isinstance(one, Call) and one.function in functions for one in parts(tree))
+
+
+def ends_somewhere(tree: Tree) -> bool:
+    """Whether it is a function with values on one side of an edge only: a power whose exponent is no whole
+    number, whatever parameters are, or one of ``ONE_SIDED``."""
+    if isinstance(tree, Call):
+        return tree.function in ONE_SIDED
+    if not isinstance(tree, Binary) or tree.operator != "**":
+        return False
+    exponent = constant(tree.right)
+    return exponent is not None and exponent % 1.0 != 0.0
+
+
+def constant(tree: Tree) -> float | None:
+    """The number that a tree made of literals stands for."""
+    if isinstance(tree, Number):
+        return float(tree.text)
+    if isinstance(tree, Negative):
+        inner = constant(tree.operand)
+        return None if inner is None else -inner
+    if not isinstance(tree, Binary):
+        return None
+    left, right = constant(tree.left), constant(tree.right)
+    if left is None or right is None or (tree.operator == "/" and right == 0.0):
+        return None
+    known = {"+": left + right, "-": left - right, "*": left * right}
+    return left / right if tree.operator == "/" else known.get(tree.operator)
 
 
 def has_decimals(tree: Tree) -> bool:

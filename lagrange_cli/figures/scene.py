@@ -168,9 +168,14 @@ class Scene:
         edge = 0.8 if len(drawing.dots) <= CROWD else 0.0
         self.dots = axes.scatter([], [], zorder=7, edgecolors="white", linewidths=edge)
         self.clock = axes.text(0.02, 0.02, "", transform=axes.transAxes, fontsize=10, color="#444444")
+        beside = {"xytext": (8, 6), "textcoords": "offset points", "fontsize": 10, "parse_math": False}
+        self.labels = [
+            (one.point, axes.annotate(one.label, (0, 0), **beside)) for one in drawing.dots if one.label
+        ]
         moving = [lines for _, lines in self.curves]
         self._moving = [
             *moving, self.trails, self.rods, self.springs, self.faces, self.pivots, self.dots, self.clock,
+            *(text for _, text in self.labels),
         ]  # fmt: skip
         for each in self._moving:
             each.set_animated(True)
@@ -255,6 +260,8 @@ class Scene:
         self.dots.set_offsets(flat[[drawing.dots[k].point for k in order]].reshape(-1, 2))
         self.dots.set_sizes(self.radii[order] ** 2)
         self.dots.set_facecolor([self.colors[k] for k in order])
+        for point, text in self.labels:
+            text.xy = tuple(flat[point])
         self._bodies(now)
         self._trails(places)
 

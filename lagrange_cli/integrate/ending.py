@@ -30,6 +30,7 @@ class Ending(Enum):
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
     RECURRING = "an event occurs again and again at the same time"
+    IDLE = "an impact without any speed changes nothing, and happens again and again,"
     DRAGGED = "infinitely many impacts happen, each of which changes a velocity however slow it is,"
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
@@ -38,6 +39,7 @@ class Ending(Enum):
     OFF_CONSTRAINTS = "no state near the one set by an action satisfies the constraints"
     NO_MASS = "a mass is no longer greater than 0"
     CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"
+    EDGE = "an expression of the file has no value beyond this place"
     UNDETERMINED = (
         "several forces of friction hold what is joined: how much each of them takes is undetermined,"
     )
@@ -73,6 +75,7 @@ WAYS_OUT = {
     Ending.OVERFLOW: "{before}",
     Ending.TOO_LONG: "end the run earlier with --stop",
     Ending.RECURRING: "let its action move the state away from it, or end the run before it with --stop",
+    Ending.IDLE: "let its action reduce the speed, so that bodies may rest on each other, or {before}",
     Ending.DRAGGED: "let the action change other velocities in proportion to the speed of the impact, "
     "or {before}",
     Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER raises it",
@@ -84,6 +87,7 @@ WAYS_OUT = {
     Ending.UNDETERMINED: "write friction against the same velocity with the same norm, "
     "put a spring in place of what joins them, or {before}",
     Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
+    Ending.EDGE: "{before}",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

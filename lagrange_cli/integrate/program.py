@@ -15,6 +15,7 @@ from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.contacts import without_contact_forces
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
+from lagrange_cli.mechanics.guards.equations import edges_of
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
@@ -23,7 +24,7 @@ from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Linearized, Program, Steps, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
-from lagrange_cli.outputs.recording import CUTS, NARROW, SWITCHES, Recording
+from lagrange_cli.outputs.recording import CUTS, EDGES, NARROW, SWITCHES, Recording
 from lagrange_cli.records import replace
 
 RATES = 2
@@ -95,15 +96,25 @@ def refuse_what_hides(residual: Residual) -> None:
         )
 
 
+def touches(residual: Residual) -> bool:
+    """Whether a motion may come to the edge of a domain with no change of any sign."""
+    if not residual.model.edges:
+        return False
+    from lagrange_cli.mechanics.switching.edges import touched
+
+    return touched(residual)
+
+
 def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str, ...]:
     """The features that steps of a method may miss, if they evaluate the equations at some points only."""
     if method.proves:
         return ()
     narrow = (NARROW,) * may_hide(residual, without_contact_forces(residual))
     if method.finds_events:
-        return narrow
+        return narrow + (EDGES,) * touches(residual)
+    edges = (EDGES,) * bool(edges_of(residual))
     moving = switches([*residual.residual, *plan.integrands.values()], residual.variables)
-    return narrow + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model))
+    return narrow + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model)) + edges
 
 
 def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:

@@ -47,7 +47,12 @@ def reversed_equations(residual: Residual) -> Residual:
     return replace(
         residual,
         dependent=tuple(followed),
-        model=replace(residual.model, events=tuple(events), constraints=tuple(constraints)),
+        model=replace(
+            residual.model,
+            events=tuple(events),
+            edges=each(residual.model.edges),
+            constraints=tuple(constraints),
+        ),
         residual=each(residual.residual),
         mass_matrix=tuple(mapped(row, each) for row in residual.mass_matrix),
         cyclic_momenta=tuple(momenta),

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.expression.algebra import Algebra, E, Undecided
+from lagrange_cli.expression.syntax import ends_somewhere, parts
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.constraints import built_constraints
 from lagrange_cli.model.forces.law import Action
 from lagrange_cli.model.model import Event, Model, Particle
 from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Spec
 
@@ -55,11 +58,24 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
         events=tuple(built_events(scope)),
+        edges=tuple(edges_in(scope)) if isinstance(algebra, Undecided) else (),
         constraints=tuple(one for one in constraints if one.name not in spec.left_out),
         redundant=tuple(one for one in constraints if one.name in spec.left_out),
         spec=spec,
         replaced=scope.replaced,
     )
+
+
+def edges_in(scope: Scope[E]) -> Iterable[E]:
+    """What is positive within the domains of all functions that the equations of motion are made of."""
+    spec = scope.spec
+    sections = (spec.all_constraints, spec.definitions)
+    every = chain(spec.in_motion(written), *map(written, sections))
+    if not any(ends_somewhere(one) for each in every for one in parts(each.tree)):
+        return ()
+    from lagrange_cli.model.edges import built_edges
+
+    return built_edges(scope)
 
 
 def rotating(scope: Scope[E], action: Action[E]) -> list[Particle[E]]:

@@ -69,6 +69,7 @@ class Model(Generic[E]):
     constraints that follow from the others: the equations of motion go without them. ``spec`` is what the
     model was built from. ``replaced`` are coordinates of the file as functions of others that replace them;
     a generalized force on one of them acts on a particle without mass that has it as its position.
+    ``edges`` are positive where all functions of the file have values (see ``model.edges``).
     """
 
     name: str
@@ -86,6 +87,7 @@ class Model(Generic[E]):
     observables: Mapping[str, E]
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     events: tuple[Event[E], ...] = ()
+    edges: tuple[E, ...] = ()
     constraints: tuple[Constraint[E], ...] = ()
     spec: Spec | None = None
     replaced: Mapping[str, E] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIDES, SIMPLE, STEEP, Role
+from lagrange_cli.native.guards import BREAK, CUT, EDGE, ROOTED, SIDES, SIMPLE, STEEP, Role
 
 FEW_EVENTS = 256
 """Events of the largest system whose actions compiled code does."""
@@ -24,6 +24,8 @@ def number_of(guard: Guard) -> int:
     """A switch's guard as ``Interface`` has it."""
     if guard.auxiliary is not None:
         return guard.auxiliary
+    if guard.edge:
+        return EDGE
     if guard.broken is not None:
         return BREAK
     if guard.cut:
@@ -75,7 +77,7 @@ def _apart(smooth: Guarded) -> bool:
     """Whether each switch has a series on either side, and its argument depends on no other one."""
     modes = union(one.mode for one in smooth.guards)
     return not any(
-        one.cut or one.rooted or one.broken or one.vector or one.argument.symbols & modes
+        one.cut or one.rooted or one.broken or one.edge or one.vector or one.argument.symbols & modes
         for one in smooth.guards
     )
 

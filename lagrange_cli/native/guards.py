@@ -31,11 +31,12 @@ SMALLEST, TRIED = 2.0**-1022, 2.0**-1040
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED, STEEP, LOOSE = -1, -2, -3, -4, -5, -6, -7, -8
+SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED, STEEP, LOOSE, EDGE = range(-1, -10, -1)
 """Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
 guards that hold the motion; ``PLACED``: the same of an argument that is no velocity, but a place;
 ``ROOTED``: forces contain a root of the argument; ``STEEP``: one whose slope is infinite at 0; ``LOOSE``: an
-impact that reduces the speed, after which nothing rests."""
+impact that reduces the speed, after which nothing rests; ``EDGE``: where the
+motion ends."""
 SIDES = {0: 0, 1: -16, -1: -32}
 """What is added to ``ROOTED`` and ``STEEP`` where the root is on one side only."""
 COSTLY = 256
@@ -61,7 +62,8 @@ BESIDE = 3
 class Role(IntEnum):
     """What a guard is for: a switch, which is simple, or one that may hold the motion; an event of which no
     more than a record is made, one whose action is simple, or one with another action; resting contact; the
-    cut of a function in other arguments, which a step goes a little beyond; one where an energy jumps."""
+    cut of a function in other arguments, which a step goes a little beyond; one where an energy jumps, or
+    something has no value beyond; one beyond which something has none."""
 
     SWITCH = 0
     HOLD = 1
@@ -71,13 +73,14 @@ class Role(IntEnum):
     REST = 5
     CUT = 6
     BREAK = 7
+    EDGE = 8
 
 
 EVENTS = Role.RECORD, Role.CHANGE, Role.ACTION
 """Those of events."""
 ROOTS = {kind + more: (kind == STEEP, side) for kind in (ROOTED, STEEP) for side, more in SIDES.items()}
 """Guards whose forces contain a root: whether it is steep, and the side that has one (0: both)."""
-ROLES = {**dict.fromkeys((SIMPLE, *ROOTS), Role.SWITCH), CUT: Role.CUT, BREAK: Role.BREAK}
+ROLES = {**dict.fromkeys((SIMPLE, *ROOTS), Role.SWITCH), CUT: Role.CUT, BREAK: Role.BREAK, EDGE: Role.EDGE}
 """Those of guards without an auxiliary coordinate."""
 
 

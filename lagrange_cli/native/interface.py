@@ -75,7 +75,8 @@ class Interface:
     ``lanes`` is what eight motions at once work on; 0 where the program has no code for them. A number is the
     sum of ``parts`` doubles: rows of high parts come first; parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary
-    coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``;
+    coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EDGE``, ``EXPLICIT`` or
+    ``PLACED``;
     ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with a
     coordinate for each of their parts, whose velocity it is but for others; ``events`` for each event its
     direction, its role, and that number for resting contact, ``EXPLICIT`` where its force follows from other

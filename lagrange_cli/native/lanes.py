@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.equations import edges_of
 from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
@@ -35,6 +36,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
         or residual.bent
         or residual.model.events
         or cuts(residual.model)
+        or edges_of(residual)
         or switches([*residual.residual, *integrands], residual.variables)
         or vectors(residual)
     ):

@@ -134,7 +134,7 @@ class Dataset:
         return np.stack(list(rows), axis=1).reshape(-1, *self.shape)
 
 
-NARROW, SWITCHES, CUTS = "narrow", "switches", "cuts"
+NARROW, SWITCHES, CUTS, EDGES = "narrow", "switches", "cuts", "edges"
 """Hidden forces (see ``mechanics.defect``), changes of switches (see ``mechanics.guards``), and jumps with
 atan2 (see ``mechanics.switching.cuts``)."""
 
@@ -178,10 +178,10 @@ class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
-    steps may pass over, of ``NARROW``, ``SWITCHES`` and ``CUTS``. ``events`` are in the order of the model,
-    and ``at_events`` are the datasets of q and v at their crossings. Outputs that are ``left_out`` would take
-    members of families written out, which are too many. ``undefined`` says which observables have no values,
-    and why.
+    steps may pass over, of ``NARROW``, ``SWITCHES``, ``CUTS`` and ``EDGES``. ``events`` are in the order of
+    the model, and ``at_events`` are the datasets of q and v at their crossings. Outputs that are ``left_out``
+    would take members of families written out, which are too many. ``undefined`` says which observables have
+    no values, and why.
     """
 
     coordinates: tuple[str, ...]

@@ -16,8 +16,8 @@ from typing import Any
 from lagrange_cli.page.packed import packed
 
 SCRIPTS = (
-    "engine", "motion", "settling", "happenings", "recorded", "format", "shapes", "scene", "chart", "graphs",
-    "controls", "start", "player", "link", "save", "hand", "main",
+    "engine", "motion", "settling", "standstill", "happenings", "recorded", "format", "shapes", "scene",
+    "chart", "graphs", "controls", "start", "player", "link", "save", "hand", "main",
 )  # fmt: skip
 """The scripts, in the order in which they are joined."""
 FIRST = "unpack"

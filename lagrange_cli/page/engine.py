@@ -178,6 +178,7 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
                 "direction": one.direction,
                 "beside": one.beside,
                 "parts": one.parts,
+                "placed": one.placed,
             }
             for one in rows.guards
         ],
@@ -188,8 +189,12 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
         "times": rows.times(inner).start,
         "seriesAt": list(program.series_at),
         "events": [
-            {"name": name, "rest": next(rests) if one[2] not in (SIMPLE, LOOSE) else -1}
-            for name, one in zip(spec.events, program.events)
+            {
+                "name": name,
+                "rest": next(rests) if one[2] not in (SIMPLE, LOOSE) else -1,
+                "impact": event in program.slowing,
+            }
+            for event, (name, one) in enumerate(zip(spec.events, program.events))
         ],
         "changed": [list(one) for one in program.changed],
         "masses": len(program.masses),

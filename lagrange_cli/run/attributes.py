@@ -50,6 +50,8 @@ UNDETECTED = {
     "cuts": "{} does not locate the jump of atan2(y, x) from pi to -pi, at y = 0 and x < 0: if a potential, "
     "a force or a constraint jumps with it, the motion after it is wrong; "
     "compare with the Taylor method, which locates it",
+    "edges": "{} does not notice where a root, a logarithm or an arcsine in the file has no value: "
+    "the motion after it is wrong; compare with the Taylor method, which ends there",
 }
 """The warnings for systems with such functions, by what ``Outcome.undetected`` has."""
 
@@ -133,8 +135,10 @@ def notes(motion: Motion, outcome: Outcome) -> Iterator[str]:
         yield from (f"{name}: {note}" for note in notes_of_start(motion.begin))
     if outcome.happened:
         from lagrange_cli.run.events import notes as notes_of_events
+        from lagrange_cli.run.events import zero_at_start
 
-        yield from (f"{name}: {note}" for note in notes_of_events(motion.spec, outcome.happened))
+        told = notes_of_events(motion.spec, outcome.happened, zero_at_start(motion))
+        yield from (f"{name}: {note}" for note in told)
     warning = doubt(outcome, motion.settings)
     if warning is not None:
         yield f"{name}: {WARNING}{warning}"

@@ -9,27 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.indices import Indices, holds, known_indices
-from lagrange_cli.expression.loops import narrowed
-from lagrange_cli.expression.syntax import (
-    Binary,
-    Call,
-    Comparison,
-    ExpressionError,
-    Name,
-    Sum,
-    Tree,
-    children,
-)
+from lagrange_cli.expression.borders import Border, borders
+from lagrange_cli.expression.indices import Indices, known_indices
+from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
 from lagrange_cli.model.scope import Scope, multiplier_name
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.method import End
@@ -61,32 +55,23 @@ LONGEST = 1e60
 """The longest run in which powers of steps do not overflow, whatever the motion."""
 
 
-@dataclass(frozen=True)
-class Border:
-    """An ``argument`` that may not pass one of its ``ends``, in ``whole``; of tan there are many ends."""
-
-    whole: Tree
-    argument: Tree
-    ends: tuple[float, ...] = (0.0,)
-
-
 def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: End) -> Cause | None:
     """Why a motion that began at ``start`` could not go on, if an expression of ``spec`` ends there."""
     if not len(end.accelerations):
         return None
-    soon = (NEARING if end.ending is Ending.CRAWLING else SOON) * max(abs(end.t), abs(end.t - start))
+    near = NEARING if end.ending in (Ending.CRAWLING, Ending.EDGE) else SOON
+    whole, way = max(abs(end.t), abs(end.t - start)), -1.0 if end.t < start else 1.0
+    found: list[tuple[float, str]] = []
     try:
-        numbers = along(spec, parameters, end)
-        way = -1.0 if end.t < start else 1.0
-        found = fewest_digits([*reached(spec, numbers, soon, way)])
-        found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
-        if not found and end.t == start:
-            staying = reached(spec, numbers, 0.0, way, staying=True)
-            found = [(left, said) for left, _, said in staying if left == 0]
-            found = found or [(0.0, said) for said in outside(spec, numbers)]
-    except SpecError as error:
-        first = error.problems[0]  # it ended at the very place
-        return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
+        found = endings(spec, parameters, start, end, near * whole, way)
+    except SpecError as error:  # it ended at the very place
+        first = error.problems[0]
+        earlier = before(end, way * SOON / 4 * whole)
+        with suppress(SpecError, ValueError, ArithmeticError):
+            found = endings(spec, parameters, start, earlier, SOON * whole, way) if whole else []
+        if not found:
+            return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
+        end = earlier
     except (ValueError, ArithmeticError):  # beyond the domain of a function that nothing depends on
         return None
     if not found:
@@ -94,6 +79,27 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     least = min(abs(left) for left, _ in found)
     left, text = next(one for one in found if abs(one[0]) <= ALIKE * least)
     return Cause(text, end.t + left)
+
+
+def endings(
+    spec: Spec, parameters: Mapping[str, float], start: float, end: End, soon: float, way: float
+) -> list[tuple[float, str]]:
+    """What a motion may have ended for: in which time, and a message."""
+    numbers = along(spec, parameters, end)
+    found = fewest_digits([*reached(spec, numbers, soon, way)])
+    found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
+    if found or not (end.t == start or end.ending is Ending.EDGE):
+        return found
+    staying = reached(spec, numbers, 0.0, way, staying=True)
+    found = [(left, said) for left, _, said in staying if left == 0]
+    return found or [(0.0, said) for said in outside(spec, numbers)]
+
+
+def before(end: End, time: float) -> End:
+    """A motion as if it had ended some time before it did."""
+    count = len(end.state) // 2
+    rates = np.concatenate([end.state[count:], end.accelerations])
+    return replace(end, t=end.t - time, state=end.state - np.where(np.isfinite(rates), rates, 0.0) * time)
 
 
 def too_long(start: float, stop: float, end: End) -> Cause | None:
@@ -182,32 +188,6 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
             except (ExpressionError, ValueError, ArithmeticError):
                 continue
             yield expression, border, indices, built
-
-
-def borders(tree: Tree, indices: Indices) -> Iterator[tuple[Border, Indices]]:
-    """All arguments in an expression that may reach an end, from the outside in."""
-    pending: list[tuple[Tree, Indices]] = [(tree, indices)]
-    while pending:
-        one, known = pending.pop()
-        if isinstance(one, Sum):
-            for index in narrowed(one, known):
-                inner = {**known, one.index: index}
-                if all(holds(condition, inner) for condition in one.conditions):
-                    yield from borders(one.body, inner)
-            continue
-        if isinstance(one, Name | Comparison):
-            continue
-        if isinstance(one, Binary) and one.operator in ("/", "**"):
-            yield Border(one, one.right if one.operator == "/" else one.left), known
-        if isinstance(one, Call) and one.function in ENDS:
-            yield Border(one, one.arguments[0], ENDS[one.function]), known
-        if isinstance(one, Call) and one.function == "norm":
-            yield Border(one, one), known
-        pending += ((child, known) for child in reversed(children(one)))
-
-
-ENDS = {"sqrt": (0.0,), "log": (0.0,), "asin": (1.0, -1.0), "acos": (1.0, -1.0), "tan": ()}
-"""The ends of the domains of functions."""
 
 
 def nearest_pole(u: float) -> float:

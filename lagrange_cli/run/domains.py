@@ -19,8 +19,8 @@ from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.borders import Border
     from lagrange_cli.expression.syntax import Tree
-    from lagrange_cli.run.causes import Border
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values

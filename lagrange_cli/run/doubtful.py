@@ -96,7 +96,7 @@ def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Proble
         hint = f"Rayleigh's function is usually a sum of squares, as in c*{name}**2/2"
         return (Source(spec.filename, spec.text).problem(given[0].place, message, hint),)
 
-    if function.symbols and not any(v.symbols & function.symbols for v in speeds.values()):
+    if not function.is_zero and not any(v.symbols & function.symbols for v in speeds.values()):
         return problem("the dissipation contains no velocity: it exerts no force", next(iter(speeds)))
     zero, sizes = value(rest), np.logspace(-2, 8, STATES)
     with np.errstate(all="ignore"):

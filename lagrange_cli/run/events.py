@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.decimals import decimal, scientific
@@ -12,10 +12,14 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.events import Happened
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.outputs.recording import EventGroup
+    from lagrange_cli.run.motion import Motion
+    from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.family import Family
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import EventSeries, Series
 
+NEXT_TO_NOTHING = 2.0**-40
+"""An expression this small beside the coordinates is 0."""
 MOST_TEXTS = 4
 """Members of a family whose texts are shown, where they differ."""
 
@@ -93,22 +97,48 @@ def counts(prepared: Prepared, happened: Sequence[Happened]) -> list[int]:
     return [sum(next(members).count for _ in group.members) for group in prepared.recording.events]
 
 
-def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
+def notes(
+    spec: Spec, happened: Mapping[str, Happened], touching: Callable[[Event], bool] = lambda _: False
+) -> list[str]:
     """Messages about the events at the end of a run: those that never happened, and those that rounding may
-    have decided."""
+    have decided. ``touching`` says whether the expression of one is 0 at the start, which is no event."""
     from lagrange_cli.spec.spec import grouped
 
     found = []
     for family in grouped(happened, spec.families.get("events", {})):
         all_of_it = [happened[name] for name in family.members]
         if not any(one.count for one in all_of_it):
-            found.append(f"event '{family.label}' did not occur")
+            first = spec.events[family.members[0]]
+            later = " after the start, where its expression is 0" if touching(first) else ""
+            found.append(f"event '{family.label}' did not occur{later}")
         found += rests(family, all_of_it)
-        for doubt in touching, blurred:
+        for doubt in grazing, blurred:
             said = [(name, doubt(one)) for name, one in zip(family.members, all_of_it) if doubt(one)]
             more = f" (also {len(said) - 1} more of its family)" if len(said) > 1 else ""
             found += [f"event '{name}': {text}{more}" for name, text in said[:1]]
     return found
+
+
+def zero_at_start(motion: Motion) -> Callable[[Event], bool]:
+    """Whether the expression of an event that sets something is 0 at the start: there the motion may rest."""
+
+    def zero(event: Event) -> bool:
+        from lagrange_cli.model.scope import Scope
+        from lagrange_cli.model.start.equations import Equations, with_what_is_used
+
+        if not event.changes:
+            return False
+        values = motion.values
+        equations = Equations(motion.spec, values.parameters)
+        algebra = equations.algebra(motion.settings.start, values.q, values.v)
+        try:
+            scope = Scope(with_what_is_used(motion.spec, [event.when]), algebra)
+            size = abs(float(scope.scalar(event.when).value))
+        except (ArithmeticError, ValueError, LookupError):
+            return False
+        return not scope.multipliers and size <= NEXT_TO_NOTHING * max(map(abs, values.q))
+
+    return zero
 
 
 def rests(family: Family, happened: Sequence[Happened]) -> Iterator[str]:
@@ -143,11 +173,11 @@ def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:
     return [
         f"event '{name}', in member {member}: {text}"
         for name, (member, one) in doubtful.items()
-        for text in filter(None, (touching(one), blurred(one)))
+        for text in filter(None, (grazing(one), blurred(one)))
     ]
 
 
-def touching(one: Happened) -> str:
+def grazing(one: Happened) -> str:
     """A message about zeros that may be none, or nothing."""
     if one.grazes is None or one.accumulations:  # impacts before their end are as weak as can be
         return ""

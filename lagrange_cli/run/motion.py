@@ -78,7 +78,7 @@ class Motion:
                 return found
         from lagrange_cli.run.singular import STUCK, singular_masses
 
-        if end.ending in (*STUCK, Ending.CRAWLING):
+        if end.ending in (*STUCK, Ending.CRAWLING, Ending.EDGE):
             from lagrange_cli.run.causes import explained, too_long
 
             found = explained(self.spec, self.values.parameters, self.settings.start, end)

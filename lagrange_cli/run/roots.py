@@ -13,8 +13,8 @@ from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import SpecError
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.borders import Border
     from lagrange_cli.mechanics.switching.roots import Root
-    from lagrange_cli.run.causes import Border
     from lagrange_cli.spec.spec import Expression, Spec
 
 
@@ -48,10 +48,10 @@ def refusal(spec: Spec, root: Root, expression: Expression, border: Border, valu
 
 def at_ends(spec: Spec, known: Mapping[str, float]) -> Iterator[tuple[Expression, Border, float]]:
     """The roots in the equations whose arguments are at the end of their domain."""
+    from lagrange_cli.expression.borders import borders
     from lagrange_cli.expression.numbers import NumberAlgebra
     from lagrange_cli.expression.syntax import Binary, ExpressionError
     from lagrange_cli.model.scope import Scope
-    from lagrange_cli.run.causes import borders
 
     try:
         scope = Scope(spec, NumberAlgebra(known))

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from lagrange_cli.expression.confusions import SWITCHES
 from lagrange_cli.expression.parse import read as read_expression
 from lagrange_cli.expression.syntax import Vector
 from lagrange_cli.spec import nodes
@@ -65,10 +66,13 @@ def read_parameters(node: Node, where: str, problems: Problems) -> tuple[Declare
 
 
 def _initial_of(node: Node) -> str:
-    """An initial value written in place of ``{initial: ...}``, or an example of one."""
+    """An initial value written in place of ``{initial: ...}``, or an example of one; also with a velocity."""
+    if isinstance(node, nodes.Sequence) and len(node.items) == 2:
+        return ", velocity: ".join(map(_initial_of, node.items))
     text = node.text if isinstance(node, Scalar) else ""
     value, mistakes = read_expression(text)
-    return "0.1" if mistakes or isinstance(value, Vector) or len(text) > _SHORT else text
+    unfit = mistakes or isinstance(value, Vector) or len(text) > _SHORT or text.lower() in SWITCHES
+    return "0.1" if unfit else text
 
 
 _SHORT = 30

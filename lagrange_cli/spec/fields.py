@@ -23,6 +23,7 @@ from lagrange_cli.spec.source import Passage, Place
 from lagrange_cli.spec.spec import Expression
 
 _NOT_FINITE = frozenset({".nan", ".inf"})  # what YAML calls them; the plain words are unknown names
+_FORTRAN = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[dD][-+]?[0-9]+"
 
 Reader = Callable[[Node, str, Problems], Any]
 """Reads the value of a key: the node, what to call it in messages, and where to put problems."""
@@ -171,6 +172,9 @@ def _tree(scalar: Scalar, where: str, offset: int) -> tuple[Tree, list[Expressio
         error = ExpressionError(span, "missing value", "write a number or an expression")
     elif text.lower().lstrip("+-") in _NOT_FINITE:
         error = ExpressionError(span, f"'{text}' is not a finite number", "write a number")
+    elif re.fullmatch(_FORTRAN, text):
+        number = re.sub("[dD]", "e", text)
+        error = ExpressionError(span, f"unknown notation of a number: '{text}'", f"write {number}")
     elif unit and unit[1] not in DEGREES | RADIANS:
         error = ExpressionError(span, "number with a unit", _quantity_hint(*unit, where))
     else:

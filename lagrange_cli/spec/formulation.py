@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.near import near_hint
+from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.spec.content import by_name, groups_by_name, groups_of
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.problems import Problems
@@ -40,7 +41,11 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
     unread = ("masses" in places and not masses) or ("embedding" in places and not embedding)
     if not (unread and problems.found):  # what could not be read is not missing
         _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
-        _partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}", problems)
+        massless = "masses: {%s: 1.0}, or write it under 'definitions' if it has no mass"
+        heavy, placed = groups_by_name(masses).keys(), groups_by_name(embedding).keys()
+        if heavy - placed:  # whose components these are
+            problems.broken.update((placed - heavy).intersection(COMPONENTS))
+        _partners(embedding, masses, "a position but no mass", massless, problems)
     if not masses and not embedding and not draft.bodies and not problems.found:
         place = places.get("masses", places.get("embedding", WHOLE_FILE))
         problems.add(place, "the system has no particles", "write 'masses: {bead: m}'")

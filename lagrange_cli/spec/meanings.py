@@ -138,6 +138,9 @@ class Meanings:
         self._alike: dict[str, Any] = {}
         self.awaited: set[str] = set()
         """Families of particles and bodies whose members may follow from one another."""
+        self.contacts: dict[str, str] = {}
+        """Definitions that stand for a point which moves in its body, as they are written: such a point has
+        two velocities, that of the body there and its own."""
 
     def declare(
         self, name: str, what: Kind, place: Place | None, value: Any = None, family: Family | None = None
@@ -154,11 +157,16 @@ class Meanings:
         other = self.table.get(name)
         if other is not None and place is not None:
             first = f" in line {other.place.line}" if other.place else ""
-            self.problems.add(
-                place,
-                f"the {what.value} '{name}' has the name of a {other.what.value}",
-                f"rename it, or the {other.what.value}{first}",
-            )
+            message = f"the {what.value} '{name}' has the name of a {other.what.value}"
+            hint = f"rename it, or the {other.what.value}{first}"
+            if what is Kind.VELOCITY and other.what is Kind.COORDINATE and other.place:
+                one = name.removesuffix(velocity_name(""))
+                message, place = (
+                    f"the coordinate '{name}' has the name of the velocity of '{one}'",
+                    other.place,
+                )
+                hint = f"write '{one}: {{velocity: ...}}', or rename it"
+            self.problems.add(place, message, hint)
             self.problems.broken.add(name)  # either may be meant
             return False
         self.table[name] = Meaning(what, comes_to(what), value, place, family)

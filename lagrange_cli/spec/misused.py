@@ -70,6 +70,12 @@ def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:
     return ExpressionError(name.span, message, f"write {example}")
 
 
+def two_velocities(name: Name, base: str, component: str, point: str) -> ExpressionError:
+    """The velocity of a definition is asked for that stands for a ``point`` which moves in its body."""
+    message = f"'{base}' is a point that moves in its body, so that it has two velocities"
+    return ExpressionError(name.span, message, f"write {point}.{component} for that of the body there")
+
+
 def wrong_component(
     name: Name, meaning: Meaning, base: str, component: str, *, moves: bool
 ) -> ExpressionError:

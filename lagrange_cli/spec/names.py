@@ -71,6 +71,7 @@ class Names(Meanings):
         """A table with the same names, to which others may be added."""
         found = Names(self.problems, self.sizes, self.rules)
         found.table, found.bound, found.values = {**self.table}, {**self.bound}, self.values.copy()
+        found.contacts = {**self.contacts}
         return found
 
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
@@ -234,9 +235,9 @@ class Names(Meanings):
 
             allowed = self.rules[section].allowed
             broken = self.problems.broken  # one message is enough for a name that has not been declared
-            unknown = Unknown(self.table, self.bound, allowed, expression.indices, broken, self.ranged)
-            if section == "observables":
-                unknown = replace(unknown, observed=True)
+            unknown = Unknown(
+                self.table, self.bound, allowed, expression.indices, broken, self.ranged, section
+            )
             raise ExpressionError(name.span, *unknown.report(base))
         rule, kinds = self.rules[section], meaning.kinds
         if component in MOVING_COMPONENTS:
@@ -277,7 +278,11 @@ class Names(Meanings):
             if meaning.what is Kind.BODY and component in BODY_COMPONENTS:
                 return
             if self.has_velocity(meaning, base) and component in VELOCITY_COMPONENTS[: len(meaning.value)]:
-                return
+                if base not in self.contacts:
+                    return
+                from lagrange_cli.spec.misused import two_velocities
+
+                raise two_velocities(name, base, component, self.contacts[base])
         from lagrange_cli.spec.misused import wrong_component
 
         raise wrong_component(name, meaning, base, component, moves=self.has_velocity(meaning, base))

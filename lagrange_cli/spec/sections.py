@@ -91,7 +91,11 @@ SECTIONS = Table(
             example="bob: m",
             label="mass of",
             also="mass m",
-            rule=Rule(CONSTANT, "masses and moments of inertia may use numbers and parameters"),
+            rule=Rule(
+                CONSTANT,
+                "masses and moments of inertia may use numbers and parameters; with a mass that changes, "
+                "write 'lagrangian'",
+            ),
             family="all",
         ),
         named(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,7 +31,7 @@ SOLVE = Table(
             read_scalar,
             "the time at which it ends; if that is before `start`, the motion is integrated "
             "[backward](output-file.md#datasets)",
-            also="end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t "
+            also="end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time "
             "to",
         ),
         Row(
@@ -51,7 +52,7 @@ SOLVE = Table(
         Row("unit", read_text, "the unit of t, unless `time` gives it", also="units"),
     ),
     {
-        "write 'start: 0' and 'stop: 10'": "t_span tspan span time_span interval range",
+        "write 'start: 0' and 'stop: 10'": "t t_span tspan span time_span interval range",
         "it is an option of the command line: see 'lagrange solve --help'": "format file filename jobs "
         "precision certify digits checkpoint portable resume force parallel target_error",
         "write 'samples: 1001' for the number of samples, or 'step: 0.1' for the time between them": "steps",
@@ -71,4 +72,7 @@ def read_time(node: Node, where: str, problems: Problems) -> str:
     """The section ``time``, the unit of t: ``time: d`` or ``time: {unit: d}``."""
     if isinstance(node, nodes.Mapping):
         return str(read_table(node, TIME, where, problems).get("unit", ""))
+    if isinstance(node, nodes.Scalar) and re.fullmatch(r"[-+.\d][-+.\deE]*", node.text):
+        hint = f"write 'solve: {{stop: {node.text}}}' for the end of the motion"
+        problems.add(node.place, "time is the unit of t, not a number", hint)
     return read_text(node, where, problems)

@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.bounds import Bounds
+from lagrange_cli.expression.syntax import Name, Vector, names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import groups_of, statements
 from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.family import Family, MemberNames, Place
-from lagrange_cli.spec.kinds import Kind, called, comes_to
+from lagrange_cli.spec.kinds import CONSTANT, Kind, called, comes_to
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import AXES, Needs, bases_in, dependency_order, expression_of, on_demand, uses_of
@@ -224,6 +225,7 @@ class Settling:
     ) -> tuple[frozenset[Kind], Any]:
         """What a name comes down to, and its bounds: positions have as many components as they should."""
         if what is Kind.DEFINITION:
+            self._note_contact(entry)
             return kinds, bounds
         if what is Kind.PARAMETER:
             return comes_to(what), None if bounds is None else scalar()
@@ -245,6 +247,17 @@ class Settling:
                 "give all members of a family the same number of components",
             )
         return comes_to(what), vector
+
+    def _note_contact(self, entry: Written) -> None:
+        """Note a definition that stands for a point which moves in its body, such as a point of contact."""
+        value = expression_of(entry)
+        tree = None if value is None else value.tree
+        if isinstance(tree, Name) and "." not in tree.identifier and tree.base in self.names.contacts:
+            self.names.contacts[family_name(entry.name)] = self.names.contacts[tree.base]
+        elif value is not None and isinstance(tree, Vector):
+            used = (self.names.table.get(one.base) for place in tree.places for one in names(place))
+            if any(one is not None and one.kinds - CONSTANT - {Kind.SIZE} for one in used):
+                self.names.contacts[family_name(entry.name)] = value.excerpt(tree.span)
 
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of one; the kinds of a family are those of all its members."""

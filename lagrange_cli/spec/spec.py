@@ -195,14 +195,14 @@ class Spec:
     def moving(self) -> Iterator[Expression]:
         """What the equations of motion and the events are made of; of members of a family that are written
         alike the first."""
-        yield from self._moving(written)
+        yield from self.in_motion(written)
         for event in written(self.events):
             yield from event.written
 
     @property
     def moving_members(self) -> Iterator[Expression]:
         """The same of all members."""
-        yield from self._moving(lambda section: section.values())
+        yield from self.in_motion(lambda section: section.values())
         for event in self.events.values():
             yield from (event.when, *event.changes.values())
 
@@ -233,7 +233,8 @@ class Spec:
             if not any(used.base == name for part in one.parts for used in names(part.item.tree))
         )
 
-    def _moving(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:
+    def in_motion(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:
+        """What energies, forces, positions and orientations are made of, ``of`` each section."""
         for section in (self.embedding, self.potential, *self.forces.values()):
             yield from of(section)
         for body in of(self.bodies):

@@ -10,6 +10,7 @@ from lagrange_cli.expression.confusions import (
     MULTIPLIERS,
     NAMES,
     QUANTITIES,
+    SWITCHES,
     VELOCITIES,
     parameter_example,
     rate_of,
@@ -39,8 +40,8 @@ class Unknown:
     """The names that an expression may contain: ``table`` by name, ``bound`` by the name of a constraint.
 
     ``allowed`` are the kinds that may stand in its section, ``indices`` those of its family. If ``ranged``, a
-    name may be given a range instead of being declared. If ``observed``, there may be an output with the
-    values of an energy. Names that are like no other are added to ``undeclared``.
+    name may be given a range instead of being declared. Observables may mean an output, the values of an
+    energy. Names that are like no other are added to ``undeclared``.
     """
 
     table: Mapping[str, Meaning]
@@ -49,7 +50,7 @@ class Unknown:
     indices: Mapping[str, int]
     undeclared: set[str]
     ranged: bool = False
-    observed: bool = False
+    section: str = ""
 
     def report(self, name: str) -> tuple[str, str]:
         """The message for an unknown name, and a hint."""
@@ -65,9 +66,13 @@ class Unknown:
             return f"the acceleration '{name}' cannot be used", "the equations of motion determine it"
         if order:
             return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
-        if self.observed and name in QUANTITIES:
-            output, what = QUANTITIES[name]
+        output, what = QUANTITIES.get(name, ("", ""))
+        if output and self.section == "observables":
             return message, f"--outputs {output} writes the {what}; or add {name} to the parameters"
+        if output in ("T", "U") and self.section in ("lagrangian", "potential"):
+            return message, f"write out the {what}, here or as '{name}' under 'definitions'"
+        if name.lower() in SWITCHES:
+            return f"'{name}' is not a number", "write a number, such as 1 or 0, or an expression"
         if name in NAMES:
             return message, f"write {NAMES[name]}"
         if alike := self._alike(name):

@@ -117,6 +117,8 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
 
 def _comma_missing(before: re.Match[str], rest: str) -> str:
     """The hint where a second key or value begins without a comma; nothing where that is not sure."""
+    if not rest:
+        return ""
     if not before[1]:
         return f"write a comma before '{re.split('[^a-zA-Z0-9_]', rest)[0] or rest[0]}'"
     if not rest.startswith(":"):

@@ -45,6 +45,8 @@ def find_target(
         with suppress(FileNotFoundError):
             os.lstat(target.longest)
         return target
+    except FileNotFoundError as error:  # a name without a folder has no path then
+        raise FileError(f"{name} cannot be written: the current directory has been removed") from error
     except (OSError, ValueError) as error:  # a name too long, or with a NUL in it
         if getattr(error, "errno", None) == errno.ENAMETOOLONG:
             what = "its name is too long (the hidden files beside it have longer names)"

@@ -57,6 +57,8 @@ class Result:
         try:
             read_record(path, name)
             self._file = h5py.File(path, "r")
+        except BlockingIOError as error:  # HDF5 locks what it writes to
+            raise FileError(f"{name} is open for writing in another program: close it there") from error
         except (OSError, RuntimeError, FileError) as error:
             raise foreign(name) from error
         try:

@@ -92,8 +92,16 @@ class Writer:
         return "".join(parts)
 
     def statement(self, name: str, expression: sympy.Expr) -> Statement:
-        """``name = expression``."""
-        return Statement(self.names(name), self.text(expression))
+        """``name = expression``, with a remark where the file has another quantity of this name."""
+        return Statement(self.names(name), self.text(expression), self._namesake(name, expression))
+
+    def _namesake(self, name: str, expression: sympy.Expr) -> str:
+        """That a length L, for example, is not the Lagrangian L that contains it."""
+        own = next((one for one in expression.free_symbols if str(one) == name), None)
+        if own is None:
+            return ""
+        role, _ = self.order.ranks.get(own, (Role.PARAMETER, 0))
+        return self.prose(f"`{name}` on the right is the {role.name.lower()}")
 
 
 def named_section(

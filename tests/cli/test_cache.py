@@ -112,6 +112,22 @@ def test_info_says_in_a_line_why_the_cache_is_not_used(capsys, folder, monkeypat
     assert "not used: LAGRANGE_NO_CACHE is set" in capsys.readouterr().out
 
 
+def test_info_says_where_nothing_can_be_written(capsys, folder, monkeypatch):
+    def never(_path, mode):
+        return not mode & os.W_OK
+
+    solve(capsys)
+    monkeypatch.setattr("os.access", never)
+    found = info(capsys)
+    assert found["used"] and found["entries"] == 1
+    assert found["reason"] == f"no permission to write in {folder}"
+    assert main(["cache", "info"]) == 0
+    assert f"no program is added: no permission to write in {folder}" in capsys.readouterr().out
+    monkeypatch.setenv("LAGRANGE_CACHE_DIR", str(folder / "a" / "b"))
+    found = info(capsys)
+    assert not found["used"] and found["reason"] == f"no permission to write in {folder}"
+
+
 def test_timings_show_each_stage_once(capsys):
     for hit in (False, True):
         assert main(["solve", HOOP, "--force", "--timings"]) == 0

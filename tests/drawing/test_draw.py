@@ -126,6 +126,22 @@ def test_a_rod_is_found_in_polar_coordinates(place, constraint, found):
     assert ends(drawing, drawing.rods) == (set() if found is None else {tuple(sorted(("bob", found)))})
 
 
+@pytest.mark.parametrize(
+    ("potential", "found"),
+    [
+        ("(x1**2 + x2**2 + k*(x1 - x2)**2)/2", {("A", "B"), ("A", "|"), ("B", "|")}),
+        ("k*(x2 - x1)**2/2", {("A", "B")}),
+        ("k*(x1 + x2)**2/2", set()),
+    ],
+)
+def test_masses_on_springs_are_measured_from_where_they_rest(potential, found):
+    drawing = drawn(
+        "parameters: {k: 3.0, l: 2}\ncoordinates: {x1: {initial: 0.1}, x2: {initial: 0}}\n"
+        f"masses: {{A: 1, B: 1}}\npositions: {{A: x1, B: l + x2}}\npotential: {potential}\n"
+    )
+    assert ends(drawing, drawing.springs) == found
+
+
 def test_a_wire_is_found_in_polar_coordinates():
     drawing = drawn(
         "parameters: {R: 1.2}\ncoordinates: {r: {initial: 1.5*R}, phi: {initial: 0}}\n"

@@ -74,3 +74,34 @@ def test_balls_on_a_slope_roll_in_the_end(method: str, tolerance: float) -> None
         assert exact["v/x"][-1] - exact["v/x"][-2] == pytest.approx(0.31 / 2 * 5 / 7, rel=1e-13)
         for name in ("q/x", "q/y", "v/x", "v/y"):
             assert motion[name] == pytest.approx(exact[name], rel=30 * tolerance, abs=30 * tolerance + 1e-12)
+
+
+BILLIARDS = """
+parameters: {m: 1, R: 0.1, mu: 0.2, g: 9.81}
+coordinates:
+  x: {initial: 0, velocity: 3}
+  y: {initial: 0}
+  z: {initial: R}
+  qw: {initial: 1}
+  qx: {initial: 0, velocity: -10}
+  qy: {initial: 0}
+  qz: {initial: 0, velocity: 5}
+bodies:
+  ball: {mass: m, solid: {sphere: R}, position: [x, y, z], orientation: {quaternion: [qw, qx, qy, qz]}}
+potential: m*g*z
+constraints: {floor: z - R}
+definitions:
+  arm: (0, 0, -R)
+  slip: (ball.vx, ball.vy, ball.vz) + cross((ball.wx, ball.wy, ball.wz), arm)
+  F: -mu*floor.multiplier*(slip.x, slip.y, 0)/norm((slip.x, slip.y, 0))
+forces: {ball: F}
+torques: {ball: "cross(arm, F)"}
+"""
+
+
+@pytest.mark.parametrize("m", [1.0, 0.1, 2.0**-20, 2.0**20])
+def test_how_a_ball_rolls_does_not_depend_on_its_mass(m: float) -> None:
+    motion = follow(BILLIARDS, 1, 5, sets={"m": m})
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/x"][-1] == pytest.approx(3 * 5 / 7, abs=1e-12)
+    assert motion["v/y"][-1] == pytest.approx(0.1 * 20 * 2 / 7, abs=1e-12)

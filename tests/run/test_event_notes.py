@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lagrange_cli.cli.main import main
 from lagrange_cli.integrate.events import Happened
 from lagrange_cli.run.events import notes
 from lagrange_cli.spec.read import read_spec
@@ -42,3 +43,27 @@ def test_a_time_that_rounding_leaves_open_is_no_number() -> None:
     ):
         (note,) = notes(spec, {name: Happened(1, blurred=1.5, error=error) for name in spec.events})
         assert note.endswith(said)
+
+
+SLIDE = """
+parameters: {g: 9.81, R: 1, start: 1}
+coordinates: {r: {initial: start*R}, theta: {initial: 0.1}}
+masses: {bead: 1}
+positions: {bead: [r*sin(theta), r*cos(theta)]}
+potential: g*bead.y
+events:
+  sphere: {when: norm(bead) - R, direction: falling, action: {set: {r_dot: 0}}}
+  never: {when: theta - 0.1, direction: falling}
+  ground: {when: bead.y + R, action: stop}
+"""
+
+
+def test_what_rests_from_the_start_is_said_to_touch_there(tmp_path, capsys):
+    (tmp_path / "slide.yaml").write_text(SLIDE)
+    solve = ["solve", str(tmp_path / "slide.yaml"), "-o", str(tmp_path / "a.h5"), "--stop", "5", "--force"]
+    assert main(solve) == 0
+    said = capsys.readouterr().err
+    assert "event 'sphere' did not occur after the start, where its expression is 0\n" in said
+    assert "event 'never' did not occur\n" in said
+    assert main([*solve, "--set", "start=2", "--stop", "0.1"]) == 0
+    assert "event 'sphere' did not occur\n" in capsys.readouterr().err

@@ -264,10 +264,10 @@ bodies:
         (1, "1,5", "decimal comma in stop of solve", "write 1.5"), (1, "0,1", "decimal comma", "write 0.1"),
     ]),
     ("name: pendulum", "observables: {e: 0,5*theta**2}", [
-        (1, "0,5", "expected a scalar", "write 0.5 for 0,5"),
+        (1, "0,5*theta**2", "expected a scalar", "write 0.5 for 0,5"),
     ]),
     ("name: pendulum", "observables: {}\npotential: |theta|", [
-        (2, "", "block scalar", "write abs(x) for |x|"),
+        (2, "t", "block scalar", "write abs(x) for |x|"),
     ]),
     ("  m: 1", "  m: 1\n  spring k: 1", [
         (4, "spring k", "cannot be called 'spring k'", "call it spring_k: a name"),

@@ -1,6 +1,8 @@
 """Outputs that are read for plots: what is in them, in parts; and files that are none."""
 
 import os
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -49,6 +51,21 @@ def test_a_file_without_permission_is_said_to_be_one(output, tmp_path, monkeypat
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # the superuser may read all files
     with pytest.raises(FileError, match="could not be read: Permission denied"):
         Result(str(path))
+
+
+def test_a_file_that_is_open_for_writing_elsewhere_is_said_to_be(output, tmp_path):
+    path = tmp_path / "open.h5"
+    path.write_bytes(output.read_bytes())
+    writes = (
+        "import h5py, sys; file = h5py.File(sys.argv[1], 'r+'); print('open', flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", writes, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout is not None and other.stdout.readline() == b"open\n"
+        with pytest.raises(FileError, match="is open for writing in another program: close it there"):
+            Result(str(path))
+        other.communicate()
 
 
 def test_a_pipe_is_refused_at_once(tmp_path):

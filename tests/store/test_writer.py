@@ -268,3 +268,12 @@ def test_chunks_are_large_for_few_series_and_bounded_for_many():
     assert LAYOUT.chunk_rows(0) == 1
     many = Layout(tuple(Series(f"q/x{i}") for i in range(3000)))
     assert 64 <= many.chunk_rows(10**7) * 8 * 3001 <= MEMORY
+
+
+def test_a_directory_that_has_been_removed_is_said_to_be(tmp_path, monkeypatch):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    with pytest.raises(FileError, match="cannot be written: the current directory has been removed"):
+        find_target("run.h5", force=False)

@@ -12,7 +12,7 @@ from py_mini_racer import MiniRacer
 
 from lagrange_cli.page.document import TABLES, asset
 
-SCRIPTS = ("engine", "motion", "recorded", "settling", "happenings", "start", "player", "link")
+SCRIPTS = ("engine", "motion", "recorded", "settling", "standstill", "happenings", "start", "player", "link")
 DRIVER = """
 var performance = { now: () => Date.now() };
 const open = (data, hex) => {

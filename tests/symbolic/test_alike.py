@@ -42,3 +42,24 @@ def test_names_are_told_apart_on_a_page():
 def test_other_names_look_as_they_would_alone():
     alone = SYSTEM.replace("x_1", "k").replace("θ", "a").replace("π", "b")
     assert r"\mathrm" not in as_latex(derived(alone), "explicit")
+
+
+LENGTH = """
+parameters: {L: 1}
+coordinates: {x: {initial: 0}, h: {initial: 0}}
+lagrangian: x_dot**2/2 + h_dot**2/2 - L*x - h*x
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        (as_text(derived(LENGTH), "lagrange"), "x*h   [h on the right is the coordinate]"),
+        (as_latex(derived(LENGTH), "lagrange"), r"\text{($L$ on the right is the parameter)}"),
+        (as_mathml(derived(LENGTH)), "on the right is the parameter"),
+    ],
+    ids=["text", "latex", "page"],
+)
+def test_a_length_named_like_the_lagrangian_is_told_apart_from_it(text, shown):
+    assert shown in text
+    assert text.count("on the right is the") == 2

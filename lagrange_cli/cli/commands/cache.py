@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import click
@@ -73,20 +74,30 @@ def clear(as_json: bool) -> None:
 
 
 def describe_cache() -> dict[str, Any]:
-    """The state of the cache in terms of JSON; ``reason`` says why it is not used."""
+    """The state of the cache in terms of JSON; ``reason`` says why it is not used, or not added to."""
     folder = cache_folder()
     found = {"folder": folder, "used": True, "reason": "", "entries": 0, "bytes": 0, "largest": LARGEST}
     if folder is None:
         return {**found, "used": False, "reason": "this platform has no known folder for caches"}
     if switched_off():
         return {**found, "used": False, "reason": f"{SWITCH} is set"}
+    there, writable = nearest(folder)
+    denied = "" if writable else f"no permission to write in {there}"
     try:
         entries = Cache(folder).entries()
     except FileNotFoundError:
-        return found  # it will be made
+        return {**found, "used": writable, "reason": denied}  # it will be made
     except OSError as error:
         return {**found, "used": False, "reason": str(error.strerror or error)}
-    return {**found, "entries": len(entries), "bytes": sum(entry.size for entry in entries)}
+    return {**found, "reason": denied, "entries": len(entries), "bytes": sum(entry.size for entry in entries)}
+
+
+def nearest(folder: str) -> tuple[str, bool]:
+    """The folder, or the nearest one above it that there is, and whether it may be written in."""
+    there = os.path.abspath(folder)
+    while not os.path.exists(there) and os.path.dirname(there) != there:
+        there = os.path.dirname(there)
+    return there, os.access(there, os.W_OK | os.X_OK)
 
 
 def as_text(found: dict[str, Any]) -> str:
@@ -97,4 +108,6 @@ def as_text(found: dict[str, Any]) -> str:
     else:
         sizes = f"{found['bytes'] / MEBIBYTE:.1f} of {found['largest'] / MEBIBYTE:.0f} MiB"
         lines.append(f"{count_of(found['entries'], 'compiled program')}, {sizes}")
+        if found["reason"]:
+            lines.append(f"no program is added: {found['reason']}")
     return "\n".join(lines)

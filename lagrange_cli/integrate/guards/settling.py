@@ -75,6 +75,8 @@ class Settling(Sliding):
 
     def goes_on(self, stop: Stop, due: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped."""
+        if stop is Stop.GUARD and self._rows.guards[due].role is Role.EDGE:
+            return False
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.BREAK:
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD and self._rows.guards[due].parts:
@@ -84,7 +86,7 @@ class Settling(Sliding):
             return self.settle(due) or self.rest() or self.cross()
         if stop is Stop.ROOT:
             return self.rest() or self.cross() or self.tries()
-        if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
+        if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK) or self.only_edges:
             return False
         if self.stops() or self.rests_on() or self.rest() or self.cross():
             return True
@@ -105,6 +107,16 @@ class Settling(Sliding):
             guard.role is Role.BREAK and self.marks[j] > 0.0 > self.modes[j] and self.breaks(j)
             for j, guard in enumerate(self._rows.guards[: self.count])
         )
+
+    @property
+    def only_edges(self) -> bool:
+        """Whether there is nothing that the motion could cross."""
+        return all(guard.role is Role.EDGE for guard in self._rows.guards[: self.count])
+
+    def is_beyond_edge(self) -> bool:
+        """Whether the state is where an expression of the file has no value."""
+        edges = [j for j, guard in enumerate(self._rows.guards[: self.count]) if guard.role is Role.EDGE]
+        return bool(edges) and not np.all(self._arguments()[edges] >= 0.0)
 
     def breaks(self, due: int) -> bool:
         """Whether an energy jumps where the argument of a guard is 0 now."""

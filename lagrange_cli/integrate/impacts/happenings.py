@@ -6,7 +6,8 @@ this is 0 it is on the side that the motion leads to: a zero that an action leav
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.ending import Ending, Finished
 from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.guards.modes import ROUNDING
+from lagrange_cli.integrate.impacts.doubts import ULP, doubts
 from lagrange_cli.integrate.impacts.resting import Impact, Resting
 from lagrange_cli.integrate.impacts.sides import Sides
 from lagrange_cli.integrate.impacts.standstill import Moving, Standstill
@@ -28,27 +30,10 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.integrate.events import EventSink, Judge
 
-GRAZING = 2.0**-46
-"""An argument that goes beyond 0 by at most this fraction of its terms may not cross 0 at all."""
-FLAT = 2.0**-12
-"""The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
-ULP = {1: 2.0**-52, 2: 2.0**-104}
-"""The rounding of numbers of so many parts."""
 ALSO = 64
 """Impacts that happen at the same time are followed at once, so many at most."""
-ALIKE, BLURRED = 8.0, 2.0**-37
-"""Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
-of no account."""
-
-
-def blur(noise: float, rates: Array) -> tuple[int, float]:
-    """How many zeros rounding may not tell from one, up to 3, and by how much it may move them: where
-    coefficient k alone stands against the ``noise``, by (noise/|c_k|)^(1/k)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        moved = np.where(rates == 0.0, np.inf, noise / np.abs(rates))
-    moved **= 1.0 / np.arange(1.0, 1.0 + len(rates))
-    error = float(np.min(moved))
-    return 1 + int(np.flatnonzero(moved <= ALIKE * error)[-1]), error
+NONE: Mapping[int, float] = MappingProxyType({})
+"""No values."""
 
 
 class Happenings:
@@ -93,7 +78,7 @@ class Happenings:
                     self._resting.hold(e, -float(direction))
                     rows = sides.all_coefficients()
                 elif sides.changes_nothing(e, new):  # an elastic impact without any speed
-                    return self._finished(Ending.RECURRING, e)
+                    return self._finished(Ending.IDLE, e)
             elif sides.at_zero(e) and direction and sides.side(e) == direction and sides.turns(e, new):
                 sides.settling.modes[e + sides.first] = -float(direction)
         self._resting.together()
@@ -113,14 +98,20 @@ class Happenings:
 
     def stop(self, before: Moving | None, sample: int) -> Finished | None:
         """Handle the events that happen because friction stops the motion, which was as ``before``."""
-        stopped = {} if before is None else self._standstill.stopped(before)
-        for event, side in stopped.items():
-            guard = self._guards[event + self._sides.first]
-            if before is not None and not side * guard.direction > 0.0:
-                ended = self._done(event, before.rows[event, 1 : len(NOTES)], sample)
-                if ended is not None or guard.role is not Role.RECORD:
-                    return ended  # an action has made the motion another one
+        if before is None:
+            return None
+        stopped = self._standstill.stopped(before).items()
+        counting = [event for event, side in stopped if not side * self._sides.directions[event] > 0.0]
+        for event in sorted(counting, key=self._turn):
+            ended = self._done(event, before.rows[event, 1 : len(NOTES)], sample)
+            if ended is not None:
+                return ended
         return None
+
+    def _turn(self, event: int) -> tuple[bool, bool, int]:
+        """Of what happens at the same time, records come first, and impacts last; then the file's order
+        counts."""
+        return event in self._sides.sets, event in self._resting.impacts, event
 
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
@@ -165,6 +156,9 @@ class Happenings:
         if not len(events):
             return None
         self._resting.released.difference_update(events.tolist())
+        for event, time in zip(events.tolist(), records[:, self._layout.time].tolist()):
+            if event in self._sides.sets and event not in self._resting.impacts:
+                self._resting.times[event] = time, 0.0
         rates = [records[:, self._layout.at(one)] for one in NOTES[1:]]
         return self._crossed(records, events, np.array(rates))
 
@@ -200,13 +194,24 @@ class Happenings:
         if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
-        others = sides.together(event) if event in sides.sets else []  # before the action changes their way
-        others.sort(key=sides.sets.__contains__)  # records before other actions
+        others, passed = list[int](), list[int]()  # before the action changes their way
+        if event in sides.sets:
+            others = [e for e in sides.together(event) if e not in self._resting.impacts]
+            passed = sides.passed(event, self._resting.times[:, 0])
+            passed = [e for e in passed if e not in self._resting.impacts]
         values = sides.all_coefficients()[:, 0].copy()
-        for one in [*(e for e in others if e not in self._resting.impacts), event]:
-            ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, values[one])
+        at_zero = {e: float(values[e]) for e in (*others, *passed, event)}
+        counting = (e for e in others if sides.side(e) * sides.directions[e] <= 0.0)
+        side = sides.side(event)
+        for one in sorted([*counting, event], key=self._turn):
+            if others and one in self._resting.impacts and sides.coefficients(one)[1] * side >= 0.0:
+                break  # another action has turned the motion
+            ended = self._done(one, sides.coefficients(one)[1 : len(NOTES)], sample, at_zero)
             if ended is not None:
                 return ended
+            if one in sides.sets:  # another action may drive the motion back to it
+                del at_zero[one]
+        ended = None
         for _ in range(ALSO if self._program.carried else 0):  # steps on rates may not see what begins at 0
             other = self._resting.due()
             if ended is not None or other is None:
@@ -214,9 +219,11 @@ class Happenings:
             ended = self._done(other, sides.coefficients(other)[1 : len(NOTES)], sample)
         return ended
 
-    def _done(self, event: int, rates: Array, sample: int, value: float | None = None) -> Finished | None:
-        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does. The
-        argument had this ``value``, beside 0, before others happened at the same time."""
+    def _done(
+        self, event: int, rates: Array, sample: int, at_zero: Mapping[int, float] = NONE
+    ) -> Finished | None:
+        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does. Events
+        whose arguments are ``at_zero`` now had these values, beside 0, before others happened."""
         sides, role = self._sides, self._guards[event + self._sides.first].role
         again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
         rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
@@ -227,7 +234,7 @@ class Happenings:
             return ended
         if event not in sides.sets:
             return self._finished(Ending.STOPPED, event)
-        return self._act(event, sample, value)
+        return self._act(event, sample, at_zero)
 
     def _finished(self, ending: Ending, event: int) -> Finished:
         return Finished(ending, f"event {self._names[event]!r}")
@@ -247,27 +254,18 @@ class Happenings:
         t, low = (memories[:, layout.at(one)].copy() for one in (Clock.TIME, Clock.TIME_LOW))
         lengths = memories[:, layout.at(Clock.LENGTH)]
         states = memories.take(sides.places, axis=1)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            beyond = rates[0] * rates[0] / (4.0 * np.abs(rates[1]))
-            square = lengths * lengths
-            along = np.abs(rates) * [lengths, square, square * lengths]  # what cancels along the step
-        reached = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
-        flat = ~(along[0] > FLAT * (along[1] + along[2])) | (beyond <= GRAZING * np.fmax(along[1], reached))
-        grazing, errors = np.zeros(len(events), dtype=bool), np.zeros(len(events))
-        for k in np.flatnonzero(flat):
-            size = float(np.fmax(along[1, k], sides.act_on(states[k])[1][events[k], 0]))
-            order, error = blur(ULP[program.parts] * np.fmax(size, along[2, k]), rates[:, k])
-            if order < 3:
-                grazing[k] = beyond[k] <= GRAZING * size
-            elif error > BLURRED * max(abs(t[k]), lengths[k]):
-                errors[k] = error
+        reached = np.max(np.abs(states[:, : program.rows]), axis=1)
+        grazing, errors = doubts(
+            rates, lengths, t, reached, ULP[program.parts],
+            lambda k: float(sides.act_on(states[k])[1][events[k], 0]),
+        )  # fmt: skip
         self._sink.crossed(Crossings(events, t, low, states, grazing, errors))
         self._count += len(events)
         if self._count > self._most:
             return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))
         return None
 
-    def _act(self, event: int, sample: int, value: float | None) -> Finished | None:
+    def _act(self, event: int, sample: int, at_zero: Mapping[int, float]) -> Finished | None:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
@@ -291,12 +289,12 @@ class Happenings:
         # constraints move all arguments by rounding errors
         moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
         chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
-        chosen[event] = True
+        chosen[[event, *at_zero]] = True
         resting = np.flatnonzero((sides.modes == 0.0) & self._resting.rests)
         chosen[resting] = False
         self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
-            near = 2.0 * abs(rows[e, 0] if value is None else value) if e == event else 0.0
+            near = 2.0 * abs(at_zero.get(e, rows[e, 0])) if e == event or e in at_zero else 0.0
             if e == event and self._program.constraints:  # which have moved it by rounding errors
                 near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
             sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))

@@ -87,14 +87,23 @@ class Sides:
         return bool(value >= -max(noise[0], near) and rate > noise[1])
 
     def together(self, event: int) -> list[int]:
-        """The other events whose arguments become 0 at the same time as that of an ``event``."""
+        """The other events whose arguments become 0 at the same time as that of an ``event``, from either
+        side."""
+        now, rates = self._at_zero_now()
+        return _others(event, now & (rates * self.modes < 0.0) & (self.marks == 0.0))
+
+    def passed(self, event: int, times: Array) -> list[int]:
+        """The other events whose arguments have just passed 0, but which have not acted: they did so last at
+        these ``times``."""
+        now, rates = self._at_zero_now()
+        acted = np.abs(self.now - times) <= SAME * max(abs(self.now), self.settling.length())
+        return _others(event, now & (rates * self.modes > 0.0) & (self.marks > 0.0) & ~acted)
+
+    def _at_zero_now(self) -> tuple[NDArray[np.bool_], Array]:
+        """Which arguments of events are 0, as far as times can be told; and their rates."""
         values, rates = self.all_coefficients()[:, :2].T
         time = SAME * max(abs(self.now), self.settling.length())
-        due = (np.abs(values) <= np.abs(rates) * time) & (rates * self.modes < 0.0)
-        due &= (self.marks == 0.0) & (self.modes * self.directions <= 0.0)
-        due[event] = False
-        found: list[int] = np.flatnonzero(due).tolist()
-        return found
+        return np.abs(values) <= np.abs(rates) * time, rates
 
     def has_jumped(self, event: int, length: float, near: float) -> bool:
         """Whether its argument, which is beyond 0, jumps, as over the cut of atan2: by more than rounding,
@@ -298,3 +307,8 @@ class Sides:
         scale = self.settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
         sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
         return (float(one) for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)
+
+
+def _others(event: int, chosen: NDArray[np.bool_]) -> list[int]:
+    """The chosen ones beside an event."""
+    return [e for e in np.flatnonzero(chosen).tolist() if e != event]

@@ -70,6 +70,8 @@ class Stepper:
             space.resume = self._settling.resume
             if self._settling.begins_beyond():
                 self.finished = Finished(Ending.CUT)
+            elif self._settling.is_beyond_edge():
+                self.finished = Finished(Ending.EDGE)
         if program.events:
             assert self._settling is not None
             from lagrange_cli.integrate.impacts.happenings import Happenings
@@ -298,6 +300,8 @@ class Stepper:
             self.finished = self._happenings.drain(began)
             if stop is Stop.GUARD and due >= self._settling.count and self.finished is None:
                 self.finished = self._happenings.happen(due, sample)
+                if self.finished is None and self._settling.is_beyond_edge():
+                    self.finished = Finished(Ending.EDGE)
                 return self.finished is None
             if self.finished is not None:
                 return False
@@ -308,6 +312,8 @@ class Stepper:
             goes_on = self.finished is None
         guards = self.space.machine.program.rows_of_guards.guards
         cut = stop is Stop.GUARD and guards[due].role is Role.BREAK
-        if not goes_on and (cut or self._settling.undetermined):
+        if not goes_on and stop is Stop.GUARD and guards[due].role is Role.EDGE:
+            self.finished = Finished(Ending.EDGE)
+        elif not goes_on and (cut or self._settling.undetermined):
             self.finished = Finished(Ending.CUT if cut else Ending.UNDETERMINED)
         return goes_on

@@ -89,7 +89,8 @@ class TaylorMethod(CompiledEquations):
             observer.samples(wanted[:done], samples)
             if stepper.finished is not None:
                 ending, detail = stepper.finished.ending, stepper.finished.detail
-                return end(ending, stepper.space.t, stepper.space.state, detail)
+                ended = end(ending, stepper.space.t, stepper.space.state, detail)
+                return stopped(ended, stepper.accelerations()) if ending is Ending.EDGE else ended
             if stop is Stop.NOT_FINITE and stepper.finite():
                 stop = (
                     Stop.UNDERFLOW

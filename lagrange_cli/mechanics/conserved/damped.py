@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Change
-from lagrange_cli.mechanics.conserved.reasons import current_text
+from lagrange_cli.mechanics.conserved.reasons import current_text, summed
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.records import dataclass
@@ -67,8 +67,9 @@ def candidates(found: Found, rate: Node) -> Iterator[Falling]:
     """Momenta of displacements and of coordinates, and energies."""
     model, graph = found.model, found.graph
     growth, twice = (graph.function("exp", (n * rate * model.time,)) for n in (1.0, 2.0))
+    the = "the " if summed(model) else ""
     named = [
-        (trial.change.directions, trial.name, f"; {trial.name} is the {trial.text}")
+        (trial.change.directions, trial.name, f"; {trial.name} is {the}{trial.text}")
         for trial in found.trials
         if trial.change.gain is None and trial.change.time is None
     ]

@@ -160,6 +160,7 @@ def without(model: Model[Node], relations: LinearRelations, places: Substitution
         dissipation=dissipation,
         observables={},
         events=tuple(event_of(one, each([one.argument])[0]) for one in model.events),
+        edges=each(model.edges),
         constraints=tuple(
             replace(one, expression=each([one.expression])[0])
             for i, one in enumerate(model.constraints)

@@ -21,16 +21,26 @@ from lagrange_cli.records import replace
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     """The equations and integrands for steps, in each of which no switch changes."""
-    found, variables = cuts(residual.model), residual.variables
+    found, edges, variables = cuts(residual.model), edges_of(residual), residual.variables
     if not (
         found
+        or edges
         or residual.model.events
         or switches([*residual.residual, *followed(residual), *integrands.values()], variables)
         or inner_poles([*integrands.values()], residual.residual, variables)
         or vectors(residual)
     ):
         return Guarded(residual, integrands)
-    return with_multipliers(residual, integrands, found)[1]
+    return with_multipliers(residual, integrands, found, edges)[1]
+
+
+def edges_of(residual: Residual) -> list[Node]:
+    """What is positive until a motion is at the edge of a domain that steps may pass."""
+    if not residual.model.edges:
+        return []
+    from lagrange_cli.mechanics.switching.edges import watched_edges
+
+    return watched_edges(residual)
 
 
 def followed(residual: Residual) -> list[Node]:
@@ -49,20 +59,20 @@ def guarded_values(
 
 
 def with_multipliers(
-    residual: Residual, integrands: Mapping[str, Node], broken: Sequence[Cut] = ()
+    residual: Residual, integrands: Mapping[str, Node], broken: Sequence[Cut] = (), edges: Sequence[Node] = ()
 ) -> tuple[Modes, Guarded]:
     """The equations with all multipliers that they are linear in, and the modes in them."""
     free: frozenset[Node] = frozenset()
     while True:
         modes = Modes(residual, free)
-        made = assembled(modes, integrands, broken)
+        made = assembled(modes, integrands, broken, edges)
         if isinstance(made, Guarded):
             return modes, made
         free |= made
 
 
 def assembled(
-    modes: Modes, integrands: Mapping[str, Node], broken: Sequence[Cut] = ()
+    modes: Modes, integrands: Mapping[str, Node], broken: Sequence[Cut] = (), edges: Sequence[Node] = ()
 ) -> Guarded | frozenset[Node]:
     """All of it with modes; equations that hold the motion are added. Or, if these are not linear in the
     multipliers, the arguments of guards that must be without."""
@@ -73,6 +83,7 @@ def assembled(
     events = modes.frozen([event.argument for event in residual.model.events])
     modes.holds = False
     places = modes.frozen([one.y for one in broken])
+    ends = modes.frozen(edges)
     breaks = modes.frozen([node for one in broken for node in (one.x, one.jump, one.usual)])
     modes.holds = True
     inner = frozenset(
@@ -137,6 +148,8 @@ def assembled(
         quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
     symbols = (graph.symbol(f"break {i}") for i in range(len(broken)))
     ending = [Guard(y, y, mode, broken=one) for y, mode, one in zip(places, symbols, broken)]
+    symbols = (graph.symbol(f"edge {i}") for i in range(len(ends)))
+    ending += [Guard(u, u, mode, edge=True) for u, mode in zip(ends, symbols)]
     watched = [*modes.guards.values(), *_cuts(modes, events), *ending]
     poles = inner_poles(quadratures, rows, modes.moving, [one.argument for one in watched])
     symbols = (graph.symbol(f"pole {i}") for i in range(len(poles)))

@@ -43,6 +43,9 @@ class Guard:
     limit: Node | None = None
     broken: Cut | None = None
     """The quantity that jumps where the argument is 0, so that the motion ends there."""
+    edge: bool = False
+    """Whether the argument is positive within the domain of a function of the file, so that the motion ends
+    where it is 0."""
     vector: Vector | None = None
     """What the argument is the length of. It has an auxiliary coordinate for each of its parts then."""
 

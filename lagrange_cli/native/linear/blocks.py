@@ -8,6 +8,7 @@ unrolled, with exchanges as selections; large ones, definite or not, call functi
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import reduce
 from typing import Generic, Protocol, cast
 
 from lagrange_cli.native.linear.lu import LargeGeneral
@@ -97,18 +98,19 @@ def exchange(
 
 
 def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[General[V], Condition]:
-    """P M = L U of a block by partial pivoting, and whether it is regular."""
+    """P M = L U of a block by partial pivoting, and whether it is regular: whether no pivot is rounding, in
+    units of the largest entries of rows."""
     size = len(matrix)
     rows = [list(row) for row in matrix]
+    units = [kind.div(kind.one, reduce(kind.larger, map(kind.magnitude, row))) for row in matrix]
+    relative = [[kind.mul(kind.magnitude(x), unit) for x in row] for row, unit in zip(matrix, units)]
     lower: list[list[V | None]] = [[None] * size for _ in range(size)]
     swaps: list[tuple[Condition, ...]] = []
     reciprocal: list[V | None] = []
     regular = kind.true
     for j in range(size):
         swapped: list[Condition] = []
-        scale: V | None = None
-        for i in range(j, size):
-            scale = kind.larger(scale, kind.magnitude(matrix[i][j]))
+        scale = reduce(kind.larger, (row[j] for row in relative))
         for i in range(j + 1, size):
             here, there = kind.magnitude(rows[j][j]), kind.magnitude(rows[i][j])
             swap = kind.compare("ogt", there, here)
@@ -116,9 +118,11 @@ def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[G
             for k in range(size):
                 both = rows if k >= j else lower
                 exchange(kind, swap, both[j], k, both[i], k)
+            exchange(kind, swap, units, j, units, i)
         swaps.append(tuple(swapped))
         floor = kind.mul(kind.number(FLOOR * kind.unit), scale) if j else None
-        regular = kind.both(regular, kind.compare("ogt", kind.magnitude(rows[j][j]), floor))
+        pivot = kind.mul(kind.magnitude(rows[j][j]), units[j])
+        regular = kind.both(regular, kind.compare("ogt", pivot, floor))
         reciprocal.append(kind.div(kind.one, rows[j][j]))
         for i in range(j + 1, size):
             lower[i][j] = kind.mul(rows[i][j], reciprocal[j])

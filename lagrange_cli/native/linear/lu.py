@@ -1,7 +1,8 @@
 """Elimination with row interchanges, in loops over what lies in memory, for numbers of any kind.
 
 P M = L U column by column (Golub and Van Loan, Matrix Computations, 4th ed., sec. 3.4). Pivots are chosen by
-the doubles that numbers begin with.
+the doubles that numbers begin with. Whether a pivot is rounding is judged in units of the largest entries of
+rows: the equations of what is held are multiplied by 2^40, and are no measure for the others.
 """
 
 from __future__ import annotations
@@ -73,6 +74,7 @@ class EliminationFunction(Function, Generic[V]):
         self.doubles = self.kind.parts
         self.width = self.n * self.doubles
         self.pivots = self.place("%a", self.n * self.width)
+        self.units = self.place("%a", (self.n + 1) * self.width)
 
     def at(self, i: Integer, j: Integer) -> Integer:
         """Where element (i, j) is."""
@@ -86,7 +88,7 @@ class EliminationFunction(Function, Generic[V]):
         """Store it."""
         self.kind.store(value, place, index.name, 1)
 
-    def exchange(self, place: str, one: Integer, other: Integer, doubles: Index) -> None:
+    def exchange(self, place: str | Pointer, one: Integer, other: Integer, doubles: Index) -> None:
         """Exchange so many doubles that begin at two places."""
         first, second = (self.place(place, each) for each in (one, other))
         with self.loop(0, doubles, tested=False) as k:
@@ -97,17 +99,23 @@ class EliminationFunction(Function, Generic[V]):
 
 def factor_general(make: Make[V]) -> str:
     """``i1 @factor_general(a, n)``: whether ``a`` is regular. Then L is below its diagonal, U above, and the
-    inverses of U's diagonal between them; the rows that rows were exchanged with are behind it."""
+    inverses of U's diagonal between them; the rows that rows were exchanged with are behind it. The room for
+    a right-hand side is used for the reciprocals of the largest entries of rows."""
     f = EliminationFunction(make, "i1", "factor_general")
     kind, n = f.kind, f.n
 
     def size(i: Integer, j: Integer) -> Real:
         return f.magnitude(f.load("%a", f.at(i, j)))
 
+    with f.loop(0, n, tested=False) as i:
+        largest = f.variable(f.constant(0.0))
+        with f.loop(0, n, tested=False) as j:
+            largest.set(f.function("maxnum", largest.get(), size(i, j)))
+        f.store(f.constant(1.0) / largest.get(), f.units, i)
     with f.loop(0, n, tested=False) as j:
         largest = f.variable(f.constant(0.0))
         with f.loop(0, n, tested=False) as i:
-            largest.set(f.function("maxnum", largest.get(), size(i, j)))
+            largest.set(f.function("maxnum", largest.get(), size(i, j) * f.load(f.units, i)))
         f.store(largest.get(), f.pivots, j)
     regular = f.variable(Bit(f, "true"))
     with f.loop(0, n, tested=False) as j:
@@ -118,9 +126,11 @@ def factor_general(make: Make[V]) -> str:
             pivot.set(f.select(more, i, pivot.get()))
             largest.set(f.select(more, here, largest.get()))
         floor = f.load(f.pivots, j) * (FLOOR * kind.unit)
-        regular.set(regular.get() & (largest.get() > floor))
+        here = largest.get() * f.load(f.units, pivot.get())
+        regular.set(regular.get() & (here > floor))
         f.store(pivot.get(), f.pivots, j)
         f.exchange("%a", j * f.width, pivot.get() * f.width, f.width)
+        f.exchange(f.units, j, pivot.get(), 1)
         inverse = kind.div(kind.one, f.get("%a", f.at(j, j)))
         f.put(inverse, "%a", f.at(j, j))
         with f.loop(j + 1, n) as i, f.when(size(i, j) > 0.0):  # most are 0 where contacts do not touch

@@ -43,6 +43,8 @@ SOON, SOONER = 2.0**-29, 2.0**-25
 """If all further impacts take no longer than this part of a step, as far as the force before the impact
 tells, the caller decides whether the motion rests: the second where impacts act on one another, whose limit
 others change."""
+SAME = 2.0**-46
+"""Zeros within this part of the time, or of a step, are at the same time (``integrate.impacts.sides``)."""
 DOUBTFUL = 8.0
 """The height of a flight is known from values of the argument up to this factor, where rounding may hide
 it."""
@@ -113,15 +115,10 @@ class ActionCode:
             self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j), self._behind_actions
         )
 
-    @property
-    def more(self) -> str:
-        """What ``@change`` is given besides, where members bounce: the series of the event's argument."""
-        return ", ptr %row" if self.rows.bounces else ""
-
     def _change(self) -> Function:
-        """``@change(state, constants, j, trial, info, sample)``: do what event ``j`` does, after so many
-        samples."""
-        given = f"ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, i64 %sample{self.more}"
+        """``@change(state, constants, j, trial, info, sample, row)``: do what event ``j`` does, after so many
+        samples. The series of its argument is at ``row``."""
+        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, i64 %sample, ptr %row"
         f = Function(f"define internal i64 @change({given}) #0")
         rows, layout, j = self.rows, self.layout, Integer(f, "%j")
         state, info, left = f.pointer("%state"), f.pointer("%info"), f.count(LEFT)
@@ -130,6 +127,9 @@ class ActionCode:
             f.give(left)
         if rows.switches:
             with f.when(self._switching(f, j)):
+                f.give(left)
+        if rows.events > 1 and not self.alone:
+            with f.when(self._others(f, j)):
                 f.give(left)
         results = self._acted(f, j)
         changed = "changed", len(rows.changed), j
@@ -207,6 +207,23 @@ class ActionCode:
             mode, mark = (f.load(state, k + place(layout)) for place in (rows.mode, rows.fresh))
             at_zero = (mark > 0.0) | ~(value(k) * mode > largest.get() * SMALL)
             found.set(found.get() | at_zero)
+        return found.get()
+
+    def _others(self, f: Function, j: Integer) -> Bit:
+        """Whether other arguments than those of impacts are 0 at the same time: the action may change their
+        way."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        long = f.larger(f.magnitude(f.load(state, layout.time)), f.load(state, layout.at(Clock.STEP)))
+        time, found = long * SAME, f.variable(f.never(1))
+        first = rows.first_event
+        with f.loop(first, first + rows.events, tested=False) as k:
+            mode, mark = (f.load(state, k + place(layout)) for place in (rows.mode, rows.fresh))
+            u, rate = (self.at_once.coefficient(f, f.pointer("%row"), j, k, m) for m in (1, 2))
+            now, ahead, fresh = f.magnitude(u) <= f.magnitude(rate) * time, rate * mode, mark > 0.0
+            due = now & (((ahead < 0.0) & ~fresh) | ((ahead > 0.0) & fresh)) & ~k.equals(j)
+            if rows.bounces:
+                due = due & f.load_integer("@bounces", k).equals(NOTHING)
+            found.set(found.get() | due)
         return found.get()
 
     def _moved(self, place: int) -> int:

@@ -36,8 +36,8 @@ class EventSides:
         mode, u, h = f.load("%state", at), f.load(row, term), Real(f, "%h")
         slope, bend = f.magnitude(f.load(row, 2 * term)) * 2.0, f.magnitude(f.load(row, 3 * term)) * 3.0
         role = f.load_integer("@guard_roles", j)
-        breaks = any(one.role is Role.BREAK for one in self.rows.guards)
-        others = (Role.SWITCH, Role.HOLD, Role.ACTION, Role.REST, Role.CUT, *(Role.BREAK,) * breaks)
+        ends = (role for role in (Role.BREAK, Role.EDGE) if any(one.role is role for one in self.rows.guards))
+        others = (Role.SWITCH, Role.HOLD, Role.ACTION, Role.REST, Role.CUT, *ends)
         event = ~reduce(or_, [role.equals(one) for one in others])
         if self.rows.bounces:
             event = event & f.load_integer("@bounces", j).equals(NOTHING)

@@ -108,6 +108,11 @@ class GuardSearch:
         """The role of breaks, if there are any."""
         return (Role.BREAK,) * any(one.role is Role.BREAK for one in self.rows.guards)
 
+    @property
+    def _edges(self) -> tuple[Role, ...]:
+        """The role of edges, if there are any."""
+        return (Role.EDGE,) * any(one.role is Role.EDGE for one in self.rows.guards)
+
     def before_break(self, f: Function, which: Integer) -> Bit | None:
         """Whether a step ends where something may jump by the guard ``which``, or ``NO_GUARD``; None if no
         guard is of that kind."""

@@ -149,7 +149,7 @@ class GuardCode(GuardSearch):
             with f.when(role.equals(Role.SWITCH) | role.equals(Role.CUT)):
                 result.set(f.count(CHANGED))
                 changing.leave()
-            leaving = (Role.HOLD, Role.REST, *self._breaks)
+            leaving = (Role.HOLD, Role.REST, *self._breaks, *self._edges)
             with f.when(reduce(or_, [role.equals(one) for one in leaving])):
                 f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
@@ -171,8 +171,7 @@ class GuardCode(GuardSearch):
             if self.actions.any:
                 with f.when(role.equals(Role.CHANGE)):
                     given = state, f.pointer("%constants"), j, f.pointer("%trial"), info
-                    more = Integer(f, "%sample"), *([row] if self.rows.bounces else [])
-                    done = f.call(Integer, "change", *given, *more)
+                    done = f.call(Integer, "change", *given, Integer(f, "%sample"), row)
                     with f.when(done.equals(LEFT)):
                         f.give(f.count(AWAY))
                     f.store(self.sides.mark(f), state, j + self.rows.fresh(layout))

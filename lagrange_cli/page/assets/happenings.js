@@ -1,9 +1,10 @@
 // Events where compiled code leaves them to its caller (`integrate/impacts/happenings.py`): actions, resting
 // contact, and the end of a motion.
 
-const Role = { RECORD: 2, CHANGE: 3, ACTION: 4, REST: 5 };
+const Role = { RECORD: 2, CHANGE: 3, ACTION: 4, REST: 5, EDGE: 8 };
 const AFTER = -1;
 const NO_TIME = 2 ** -50, AGAIN = 1000, MOST_EVENTS = 20000;
+const MORE = "there are more events than a page shows";
 
 class Happenings {
   constructor(motion, settling) {
@@ -16,6 +17,7 @@ class Happenings {
     this.first = this.rows.switches;
     this.released = new Set();
     this.rests = new Map(this.events.flatMap((one, e) => (one.rest < 0 ? [] : [[e, one.rest]])));
+    this.standstill = new Standstill(this);
     this.same = 0;
     this.latest = -Infinity;
     this.start = settling.now;
@@ -58,10 +60,13 @@ class Happenings {
       if (!leads && direction) this.settling.modes[e + this.first] = -direction; // bodies touch, and move together
       else if (still && direction && this.side(e) === direction) {
         if (this.rests.has(e)) this.hold(e, -direction);
-        else if (this.changesNothing(e, values)) return `${this.name(e)} happens again and again at the same time`;
+        else if (this.changesNothing(e, values)) return `${this.name(e)} is an impact without any speed, and changes nothing`;
+      } else if (this.atZero(e) && direction && this.side(e) === direction && this.turns(e, values)) {
+        this.settling.modes[e + this.first] = -direction;
       }
     }
     this.chooseSwitches(held);
+    if (this.standstill.possible) this.standstill.hold();
     return "";
   }
 
@@ -80,6 +85,18 @@ class Happenings {
     return own.length > 0 && own.every(([i, place]) => values[i] === there(place));
   }
 
+  // Whether an action turns the motion back to the side that it came from.
+  turns(e, values) {
+    const { degrees } = this.engine.data, memory = this.memory.slice();
+    const own = this.rows.changed.filter(([event]) => event === e).map(([, place]) => place);
+    if (!own.length || !own.every((place) => place >= degrees && place < 2 * degrees)) return false;
+    const [, before] = this.seriesOf(e);
+    const turns = this.put(e, values) && !(before * this.seriesOf(e)[1] > 0);
+    this.memory.set(memory);
+    this.settling.prepare();
+    return turns;
+  }
+
   // Take over the records that compiled code has made since it was called, before that sample.
   drain(sample) {
     const { engine, layout } = this, info = engine.integers(engine.places.info, INFO);
@@ -91,8 +108,10 @@ class Happenings {
       if (clock(Clock.STEP) === AFTER) {
         const earlier = records.subarray((k - 1) * size, k * size);
         this.changed(sample + earlier[layout.clock + Clock.LEAVING], record);
-      } else if (this.crossed(clock(Clock.STEP) - this.first, clock(Clock.TIME))) {
-        return "there are more events than a page shows";
+      } else {
+        const e = clock(Clock.STEP) - this.first, t = clock(Clock.TIME);
+        if (this.sets(e) && !this.rests.has(e)) this.memory.set([t, 0], this.rows.times + 2 * e);
+        if (!this.standstill.leaving(e, t) && this.crossed(e, t)) return MORE;
       }
     }
     return "";
@@ -116,6 +135,7 @@ class Happenings {
   happen(due, sample) {
     const guard = this.rows.guards[due], e = due - this.first;
     if (guard.role === Role.REST) { this.release(due); return ""; }
+    if (this.standstill.leaving(e, this.settling.now)) { this.flip(e); return this.recurs(e, this.settling.now); }
     if (this.hasJumped(e)) { this.modes[due] *= -1; return this.recurs(e, this.settling.now); }
     if (this.leavesZero(e)) { this.settling.mark([due]); return this.recurs(e, this.settling.now); }
     if (this.atZero(e) && !this.drivenBack(e)) {
@@ -125,11 +145,67 @@ class Happenings {
       return this.recurs(e, this.settling.now);
     }
     if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
-    if (this.crossed(e, this.settling.now)) return "there are more events than a page shows";
+    const values = this.allCoefficients().map(([value]) => value), others = this.sets(e) ? this.together(e) : [];
+    const atZero = new Map([...others, ...(this.sets(e) ? this.passed(e) : []), e].map((one) => [one, values[one]]));
+    const counting = others.filter((one) => this.side(one) * this.rows.guards[one + this.first].direction <= 0);
+    const side = this.side(e);
+    for (const one of this.inTurn([...counting, e])) {
+      if (others.length && this.events[one].impact && this.seriesOf(one)[1] * side >= 0) break; // another action has turned the motion
+      const ended = this.done(one, sample, atZero);
+      if (ended) return ended;
+      if (this.sets(one)) atZero.delete(one); // another action may drive the motion back to it
+    }
+    return "";
+  }
+
+  sets(e) { return this.rows.changed.some(([event]) => event === e); }
+
+  // Of what happens at the same time, records come first, and impacts last; then the file's order counts.
+  inTurn(events) {
+    const turn = (e) => 2 * this.sets(e) + this.events[e].impact;
+    return events.sort((a, b) => turn(a) - turn(b) || a - b);
+  }
+
+  // The other events, but impacts, whose arguments become 0 at the same time, from either side.
+  together(event) { return this.others(event, (e, ahead) => ahead < 0 && !this.atZero(e)); }
+
+  // Those whose arguments have just passed 0, but which have not acted.
+  passed(event) {
+    const acted = (e) => Math.abs(this.settling.now - this.memory[this.rows.times + 2 * e]) <= this.noTime;
+    return this.others(event, (e, ahead) => ahead > 0 && this.atZero(e) && !acted(e));
+  }
+
+  get noTime() { return SAME * Math.max(Math.abs(this.settling.now), this.settling.clock(Clock.STEP)); }
+
+  others(event, chosen) {
+    const rows = this.allCoefficients(), time = this.noTime;
+    return rows.flatMap(([value, rate], e) => {
+      const now = e !== event && !this.events[e].impact && Math.abs(value) <= Math.abs(rate) * time;
+      return now && chosen(e, rate * this.side(e)) ? [e] : [];
+    });
+  }
+
+  // An event happens, and does what it does. Those at 0 now had these values, beside 0, before others happened.
+  done(e, sample, atZero = new Map()) {
+    if (this.crossed(e, this.settling.now)) return MORE;
     this.released.delete(e);
-    if (guard.role === Role.RECORD) { this.flip(e); return ""; }
-    if (!this.rows.changed.some(([event]) => event === e)) return `${this.name(e)} stops it`;
-    return this.act(e, sample);
+    if (this.rows.guards[e + this.first].role === Role.RECORD) { this.flip(e); return ""; }
+    if (!this.sets(e)) return `${this.name(e)} stops it`;
+    return this.act(e, sample, atZero);
+  }
+
+  // How the motion is before switches are looked at.
+  moving() { return this.standstill.possible ? this.standstill.now() : null; }
+
+  // Do what happens because friction stops the motion, which was as `before`.
+  stop(before, sample) {
+    const stopped = before ? this.standstill.stopped(before) : [];
+    const counting = stopped.filter(([e, side]) => !(side * this.rows.guards[e + this.first].direction > 0));
+    for (const e of this.inTurn(counting.map(([event]) => event))) {
+      const ended = this.done(e, sample);
+      if (ended) return ended;
+    }
+    return "";
   }
 
   // Whether its argument is beyond 0 because it jumps, as over the cut of atan2.
@@ -157,21 +233,25 @@ class Happenings {
   }
 
   // Change what the event's action changes.
-  act(e, sample) {
+  act(e, sample, atZero) {
     const now = this.settling.now, earlier = this.state(this.memory);
     const length = this.settling.clock(Clock.STEP), side = this.side(e), held = this.held();
-    const rows = this.allCoefficients(), { values } = this.actOn(earlier);
+    const rows = this.allCoefficients(), { values } = this.actOn(earlier), switches = this.settling.arguments();
     if (!this.put(e, values)) return `the action of ${this.name(e)} gives no finite value`;
     const { masses } = this.actOn(this.state(this.memory));
     if (masses.some((mass) => !(mass > 0))) return `${this.name(e)} makes a mass 0 or negative`;
+    this.settling.arguments().forEach((u, j) => { if (u !== switches[j]) this.settling.marks[j] = 0; });
     this.settling.beginSwitches();
     const { sizes } = this.actOn(this.state(this.memory)), later = this.allCoefficients();
     for (const [k, [, rate]] of sizes.entries()) {
-      if (this.side(k) === 0) this.goOn(k, later[k][1], ROUNDING * rate);
-      else if (k === e || later[k][0] !== rows[k][0]) {
-        this.chooseSide(k, later[k], k === e ? 2 * Math.abs(rows[k][0]) : 0, rate);
+      const side = this.side(k);
+      if (side === 0 && this.rests.has(k)) this.goOn(k, later[k][1], ROUNDING * rate);
+      else if (k === e || atZero.has(k) || side === 0 || later[k][0] !== rows[k][0]) {
+        const near = k === e || atZero.has(k) ? 2 * Math.abs(atZero.get(k) ?? rows[k][0]) : 0;
+        this.chooseSide(k, later[k], near, rate);
       }
     }
+    if (this.standstill.possible) this.standstill.hold();
     const ended = this.recurs(e, now);
     if (!ended && this.rests.has(e) && this.atZero(e)) {
       this.settle({ e, side, earlier, speed: rows[e][1], noise: ROUNDING * sizes[e][1], length });
@@ -222,15 +302,20 @@ class Happenings {
     let leads = values[0];
     if (!(Math.abs(leads) > noise)) {
       settling.mark([j]);
-      const { layout, memory } = this;
-      const speed = Math.max(0, ...memory.subarray(layout.v, 2 * layout.v).map(Math.abs));
-      settling.series();
-      const factor = Math.min(rate, speed) > 0 ? rate / speed : 1, scale = settling.scale().map((one) => one * factor);
-      const sizes = [rate, ...scale.slice(1, -1).map((one, m) => Math.max(one, scale[m + 2]))];
-      leads = values.slice(1).find((one, m) => !(Math.abs(one) <= ROUNDING * sizes[m]));
+      [leads] = this.counting(values, rate);
     }
     settling.modes[j] = (leads ?? -settling.modes[j]) > 0 ? 1 : -1;
     return leads !== undefined;
+  }
+
+  // The coefficients behind the first that are more than rounding, where the terms of the rate are as large.
+  counting(values, rate) {
+    const { layout, memory, settling } = this;
+    const speed = Math.max(0, ...memory.subarray(layout.v, 2 * layout.v).map(Math.abs));
+    settling.series();
+    const factor = Math.min(rate, speed) > 0 ? rate / speed : 1, scale = settling.scale().map((one) => one * factor);
+    const sizes = [rate, ...scale.slice(1, -1).map((one, m) => Math.max(one, scale[m + 2]))];
+    return values.slice(1).filter((one, m) => !(Math.abs(one) <= ROUNDING * sizes[m]));
   }
 
   // Let the motion rest if all further impacts together take no time that counts.

@@ -6,6 +6,7 @@ const ENDS = {
   [Stop.UNDERFLOW]: "a singularity, a collision, or a force that has no series",
   [Stop.GUARD]: "a force or an energy jumps there, and no motion continues from there",
 };
+const NO_VALUE = "an expression of the file has no value beyond this place";
 const GREAT = 1e280;
 const FEWEST = 16;
 
@@ -33,6 +34,7 @@ class Motion {
     if (engine.data.guards) {
       this.settling = new Settling(engine);
       this.settling.begin(begin.parameters);
+      this.endBeyondEdge();
       if (engine.data.guards.events.length) {
         this.happenings = new Happenings(this, this.settling);
         this.end(this.happenings.begin());
@@ -51,6 +53,10 @@ class Motion {
     if (reason) [this.ended, this.reason] = [true, reason];
     return Boolean(reason);
   }
+
+  // End the motion if it is where an expression of the file has no value.
+  endBeyondEdge() { if (!this.ended && this.settling.isBeyondEdge()) this.failAtEdge(); }
+  failAtEdge() { [this.ended, this.failed, this.reason] = [true, true, NO_VALUE]; }
 
   advance() {
     const { places, call, times, out, stride } = this.engine;
@@ -84,11 +90,15 @@ class Motion {
       if (this.happenings) {
         if (this.end(this.happenings.drain(before))) return;
         if (stop === Stop.GUARD && due >= this.settling.count) {
+          const first = this.settling.comesToHold(this.settling.clock(Clock.STEP));
+          if (first !== undefined && this.settle(stop, first)) return;
           this.end(this.happenings.happen(due, this.done));
+          this.endBeyondEdge();
           return;
         }
       }
-      if (this.settling.goesOn(stop, due)) return;
+      if (this.settle(stop, due)) return;
+      if (stop === Stop.GUARD && this.settling.isEdge(due)) { this.failAtEdge(); return; }
     }
     if (stop === Stop.PAUSE || stop === Stop.SAMPLES) return;
     this.ended = true;
@@ -96,6 +106,14 @@ class Motion {
     const great = this.engine.data.outer.some((row) => Math.abs(this.engine.memory[row]) > GREAT);
     this.reason = great ? "a coordinate or a velocity exceeds the largest double" : ENDS[stop];
     this.failed = true;
+  }
+
+  // Choose the modes of switches where compiled code has stopped; whether the motion goes on from there.
+  settle(stop, due) {
+    const earlier = this.happenings?.moving();
+    const goesOn = this.settling.goesOn(stop, due);
+    if (goesOn && this.happenings) this.end(this.happenings.stop(earlier, this.done));
+    return goesOn;
   }
 
   // Compute what is shown of the samples that are new.

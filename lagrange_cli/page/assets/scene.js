@@ -202,7 +202,7 @@ class Scene {
   paintGrid() {
     if (this.dimension === 3) { this.paintFloor(); return; }
     const { pen, width, height } = this, ink = colour("grid"), text = colour("soft");
-    if (this.drawing.abstract) return;
+    if (!this.drawing.scaled) return;
     const x = (one) => this.onPaper([one, 0])[0], y = (one) => this.onPaper([0, one])[1];
     const [left, right] = [0, width].map((one) => this.centre[0] + (one - width / 2 - this.view.x) / this.scale);
     const [low, high] = [height, 0].map((one) => this.centre[1] - this.axes[1][1] * (one - height / 2 - this.view.y) / this.scale).sort((a, b) => a - b);
@@ -376,6 +376,11 @@ class Scene {
       pen.arc(x, y, r, 0, 2 * Math.PI);
       pen.fill();
       if (this.drawing.dots.length <= CROWD) pen.stroke(); // else edges would hide what they are around
+      if (!dot.label) return;
+      pen.font = "13px system-ui, sans-serif";
+      pen.fillStyle = colour("soft");
+      pen.textAlign = "left";
+      pen.fillText(dot.label.split(", ").map((name) => pretty(name)).join(", "), x + r + 5, y - r);
     });
   }
 

@@ -10,7 +10,8 @@ const JUMP = 2 ** -20;
 const SOON = 2 ** -30, SHORT = 2 ** -26;
 const ROUNDED = 1e-16;          // the square of a jump that is rounding (`mechanics/cuts.py`)
 const CHANGES = 64;
-const ATTEMPTS = 8, ROUNDS = 8;
+const ATTEMPTS = 8, ROUNDS = 8, EXACT = 2;
+const SAME = 2 ** -46;          // zeros within this part of the time, or of a step, are at the same time
 const SMALLEST = 2 ** -1022;
 const APART = 2 ** -40, LARGER = 2 ** 4; // when drag acts again where its vector was 0 (`methods/sliding.py`)
 
@@ -113,7 +114,18 @@ class Settling {
     }
   }
 
+  // Whether the state is where an expression of the file has no value.
+  isBeyondEdge() {
+    const edges = [...Array(this.count).keys()].filter((j) => this.isEdge(j));
+    if (!edges.length) return false;
+    const values = this.arguments();
+    return edges.some((j) => !(values[j] >= 0));
+  }
+
+  isEdge(j) { return j >= 0 && j < this.count && this.rows.guards[j].role === Role.EDGE; }
+
   goesOn(stop, due) {
+    if (stop === Stop.GUARD && this.isEdge(due)) return false;
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].parts) return this.leaveOut(due);
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].beside) return this.passes(due);
     if (stop === Stop.GUARD) return this.settle(due) || this.rest();
@@ -235,7 +247,10 @@ class Settling {
         continue;
       }
       const wrong = guards.filter((j) => this.modes[j] !== 0 && !this.leads(j));
-      if (!wrong.length) return true;
+      if (!wrong.length) {
+        for (const [, j] of loose) if (!this.rows.guards[j].placed) this.takeToZero(j);
+        return true;
+      }
       for (const j of wrong) {
         this.modes[j] = -this.modes[j];
         this.series();
@@ -250,6 +265,41 @@ class Settling {
       }
     }
     return false;
+  }
+
+  // Set a velocity that holds the motion, and is 0 up to rounding, to 0, along the force that holds it.
+  takeToZero(j) {
+    const { layout, memory } = this, own = this.modes[j];
+    for (let round = 0; round < EXACT; round++) {
+      this.series();
+      const [off] = this.argument(j);
+      if (off === 0) return;
+      const [above, below] = [1, -1].map((mode) => {
+        this.modes[j] = mode;
+        return { accelerations: this.series().slice(0, layout.v), rate: this.argument(j)[1] };
+      });
+      this.modes[j] = own;
+      const scale = off / (above.rate - below.rate || Infinity);
+      for (let k = 0; k < layout.v; k++) {
+        const change = (above.accelerations[k] - below.accelerations[k]) * scale, row = layout.v + k;
+        if (!Number.isFinite(change) || change === 0) continue;
+        memory[row] -= change;
+        if (Math.abs(memory[row]) <= ROUNDING * Math.abs(change)) memory[row] = 0;
+        memory[layout.width + row] = memory[layout.third + row] = 0;
+      }
+    }
+    this.series();
+  }
+
+  // The switch that may hold the motion and comes to 0 now, if there is one: an event there happens as it stops.
+  comesToHold(length) {
+    this.series();
+    const time = SAME * Math.max(Math.abs(this.now), length);
+    return [...Array(this.count).keys()].find((j) => {
+      const [u, rate] = this.argument(j), mode = this.modes[j];
+      const comes = Math.abs(u) <= Math.abs(rate) * time && rate * mode < 0;
+      return comes && this.rows.guards[j].multiplier && this.marks[j] === 0;
+    });
   }
 
   // Take away the velocity with which the motion passes u = 0 ever more often.

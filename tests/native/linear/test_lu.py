@@ -114,3 +114,25 @@ def test_singular_blocks_are_found(name, size, unrolled):
     matrix[-1] = matrix[0]
     matrix[:-1, :, 0] *= 3.0
     assert solve(matrix, right) is None
+
+
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(("size", "unrolled"), [(4, 5), (4, 0), (9, 0)])
+def test_large_rows_are_no_measure_for_others(name, size, unrolled):
+    """As where what is held comes first: light masses beside it are no rounding errors. Other parts of a row
+    that is there twice are."""
+    solve, parts = solver(KINDS[name], size, FULL, unrolled), KINDS[name].parts
+    matrix = np.zeros((size, size, parts))
+    matrix[..., 0] = np.random.default_rng(1).integers(-9, 9, (size, size))
+    right = np.zeros((size, parts))
+    right[:, 0] = 1.0
+    expected = solve(matrix, right)
+    matrix[:2] *= 2.0**40
+    right[:2] *= 2.0**40
+    matrix[2:] *= 2.0**-20
+    right[2:] *= 2.0**-20
+    found = solve(matrix, right)
+    assert found is not None
+    assert np.allclose(found[:, 0], expected[:, 0], rtol=1e-12, atol=1e-12)
+    matrix[1] = 3.0 * matrix[0]
+    assert solve(matrix, right) is None
