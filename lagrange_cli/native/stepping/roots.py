@@ -274,9 +274,7 @@ class Roots:
                 along = begins / (begins - there)
                 guess = a.get() + w.get() * f.select((along > 0.0) & (along < 1.0), along, f.constant(0.5))
                 root = self._refined(f, p, (a.get(), guess, end))
-                value, (_, slope) = self._by_horner(f, whole, root), self._both(f, whole, root)
-                near = f.magnitude(value) <= f.magnitude(slope) * root * NEARLY
-                f.give(f.larger(f.select(near, root - value / slope, root), f.constant(0.0)) * h)
+                f.give(f.larger(self._corrected(f, whole, root), f.constant(0.0)) * h)
             with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
                 pass_by()
             w.set(w.get() * 0.5)
@@ -299,6 +297,15 @@ class Roots:
             with f.when(~(f.magnitude(following - at) > following * CLOSE)):
                 found.leave()
         return f.larger(x.get(), f.constant(0.0))
+
+    def _corrected(self, f: Function, p: Pointer, root: Real) -> Real:
+        """A root after one more of Newton's steps, if it is short and the slope is alike behind it: where a
+        root is multiple, slopes are rounding errors, and the step is of any size."""
+        value, (_, slope) = self._by_horner(f, p, root), self._both(f, p, root)
+        corrected, size = root - value / slope, f.magnitude(slope)
+        _, there = self._both(f, p, corrected)
+        sound = (f.magnitude(value) <= size * root * NEARLY) & (f.magnitude(there - slope) <= size * 0.5)
+        return f.select(sound, corrected, root)
 
     def _by_horner(self, f: Function, p: Pointer, s: Real) -> Real:
         """``p`` at ``s``, the last sum with one rounding: roots of linear functions are exact."""
