@@ -18,7 +18,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_chains import fewest
-from tests.support.families import alike, followed
+from tests.support.families import alike, faster, followed
 from tests.support.motion import run
 
 ALL = OUTPUTS - {"conserved"} | OF_BODIES | {"constraints", "multipliers"}
@@ -138,7 +138,8 @@ def test_bodies_move_as_their_members_do(
     apart, expected = followed(text, outputs, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    alike(found.data, expected.data, 2.0**-38, text)
+    # where two axes of angles are nearly one, these turn fast, and masses are conditioned badly
+    alike(found.data, expected.data, 2.0**-38, text, nudged=faster(apart, text))
 
 
 TOPS = """
