@@ -36,8 +36,8 @@ ITERATIONS, CLOSE = 200, 2.0**-28
 one, as each doubles the number of its digits."""
 ROUNDED = 2.0**-44
 """How much of a polynomial's first coefficients may be rounding."""
-NEARLY = 2.0**-10
-"""A root is corrected by no more than this part of it."""
+NEARLY, STEADY = 2.0**-10, 16.0
+"""A root is corrected by no more than this part of it, and if slopes change by no more than this, times theirs."""
 NONE, BACK = float("inf"), -1.0
 """The values in place of a root: there is none; the motion would go back to where it came from."""
 
@@ -299,12 +299,12 @@ class Roots:
         return f.larger(x.get(), f.constant(0.0))
 
     def _corrected(self, f: Function, p: Pointer, root: Real) -> Real:
-        """A root after one more of Newton's steps, if it is short and the slope is alike behind it: where a
-        root is multiple, slopes are rounding errors, and the step is of any size."""
+        """A root after one more of Newton's steps, if that is short and does not lead far beyond the places
+        where the slope is about as small: where a root is multiple, slopes may be rounding errors."""
         value, (_, slope) = self._by_horner(f, p, root), self._both(f, p, root)
         corrected, size = root - value / slope, f.magnitude(slope)
         _, there = self._both(f, p, corrected)
-        sound = (f.magnitude(value) <= size * root * NEARLY) & (f.magnitude(there - slope) <= size * 0.5)
+        sound = (f.magnitude(value) <= size * root * NEARLY) & (f.magnitude(there - slope) <= size * STEADY)
         return f.select(sound, corrected, root)
 
     def _by_horner(self, f: Function, p: Pointer, s: Real) -> Real:
