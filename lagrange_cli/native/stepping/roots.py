@@ -37,7 +37,8 @@ one, as each doubles the number of its digits."""
 ROUNDED = 2.0**-44
 """How much of a polynomial's first coefficients may be rounding."""
 NEARLY, STEADY = 2.0**-10, 16.0
-"""A root is corrected by no more than this part of it, and if slopes change by no more than this, times theirs."""
+"""A root is corrected by no more than this part of it, and where its slope changes by no more than so many
+times itself."""
 NONE, BACK = float("inf"), -1.0
 """The values in place of a root: there is none; the motion would go back to where it came from."""
 
