@@ -33,8 +33,9 @@ ANGLES = '{{euler: ["a[i]", "b[i]", "c[i]"], sequence: {sequence}}}'
 PLANAR = '{matrix: [[1, 0, 0], [0, "cos(a[i])", "-sin(a[i])"], [0, "sin(a[i])", "cos(a[i])"]]}'
 THREE = """
   a[i in range(N)]: {{initial: "0.3*i + sin({seed})", velocity: "1 + 0.1*cos({seed}*i)"}}
-  b[i in range(N)]: {{initial: "0.8 + 0.2*sin({seed} + i)", velocity: 0.5}}
+  b[i in range(N)]: {{initial: "{middle} + 0.2*sin({seed} + i)", velocity: 0.5}}
   c[i in range(N)]: {{initial: 0.2, velocity: "3 + 0.1*i"}}"""
+"""Angles that stay where they are known well: at ``middle`` the axes of a and c are at right angles."""
 QUATERNION = '{quaternion: ["a[i]", "b[i]", "c[i]", "d[i]"]}'
 N, U, V, W = "(0.4 + 0.3*i + sin({seed}))", "(1 + 0.1*cos({seed}*i))", "(0.5*sin({seed} + i))", "(3 + 0.1*i)"
 """Half an angle about the axis (0.6, 0, 0.8), and an angular velocity in the body."""
@@ -44,7 +45,7 @@ FOUR = f"""
   c[i in range(N)]: {{{{initial: 0, velocity: "(cos({N})*{V} + sin({N})*(0.8*{U} - 0.6*{W}))/2"}}}}
   d[i in range(N)]: {{{{initial: "0.8*sin({N})", velocity: "(cos({N})*{W} + 0.6*sin({N})*{V})/2"}}}}"""
 AXIS = "[2*(b[i]*d[i] + a[i]*c[i]), 2*(c[i]*d[i] - a[i]*b[i]), a[i]**2 - b[i]**2 - c[i]**2 + d[i]**2]"
-PLACES = "".join(f'\n  {x}[i in range(N)]: {{{{initial: "2*i + 0.1*sin({{seed}}*i)"}}}}' for x in "xyz")
+PLACES = "".join(f'\n  {x}[i in range(N)]: {{{{initial: "i + 0.1*sin({{seed}}*i)"}}}}' for x in "xyz")
 HINGES = """definitions:
   h[0]: [0, l*sin(a[0]), -l*cos(a[0])]
   h[i in range(1, N)]: h[i - 1] + [0, l*sin(a[i]), -l*cos(a[i])]"""
@@ -109,7 +110,8 @@ def drawn(chance: random.Random, kind: str, count: int) -> str:
         orientation = '{euler: ["0.3*t", "a[i]", "c[i]"], sequence: xyz}'
     potentials = chance.sample([*POTENTIALS], chance.randint(1, 2))
     return SYSTEM.format(
-        count=count, coordinates=coordinates.format(seed=chance.randint(1, 9)), definitions=definitions,
+        count=count, definitions=definitions,
+        coordinates=coordinates.format(seed=chance.randint(1, 9), middle="pi/2" if sequence == "zxz" else 0),
         matter=MATTER[chance.choice([*MATTER])], place=place, orientation=orientation,
         potential=" + ".join(POTENTIALS[one] for one in potentials), forces=FORCES[chance.choice([*FORCES])],
     )  # fmt: skip
@@ -133,9 +135,9 @@ def test_bodies_move_as_their_members_do(
     outputs = ALL - {"reactions"} if POTENTIALS["twists"] in text else ALL  # angles say nothing of forces
     spec, compilation = read_spec(text, "system.yaml"), Compilation(method, 2.0**-52, outputs)
     assert family_run(spec, compilation) is not None, text
-    together, found = followed(text, outputs, method=method)
+    together, found = followed(text, outputs, 0.2, method=method)
     bodies_from(monkeypatch, 10**9)
-    apart, expected = followed(text, outputs, method=method)
+    apart, expected = followed(text, outputs, 0.2, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
     alike(found.data, expected.data, 2.0**-38, text)

@@ -74,13 +74,14 @@ def test_a_force_that_begins_is_followed_from_its_beginning(form, request):
     given = {name: f"{10 ** source.uniform(-1, 1.5):.3g}" for name in ("A", "w", "V", "k")}
     start = source.choice(["0.3", "5", "5/7"])
     print(given, start)
-    A, w, V, k = (mpmath.mpf(given[name]) for name in ("A", "w", "V", "k"))
-    begin = mpmath.mpf(5) / 7 if "/" in start else mpmath.mpf(start)
-    stop = float((begin + 1) / V)
-    motion = follow(BEGINNING.format(**given, start=start, form=form), stop, 5)
-    known = FORMS[form](A, w, k / V**2, V * mpmath.mpf(float(motion.t[-1])) - begin) / V**2
+    with mpmath.workdps(40):  # these terms cancel, too
+        A, w, V, k = (mpmath.mpf(float(given[name])) for name in ("A", "w", "V", "k"))
+        begin = mpmath.mpf(5) / 7 if "/" in start else mpmath.mpf(start)
+        motion = follow(BEGINNING.format(**given, start=start, form=form), float((begin + 1) / V), 41)
+        known = FORMS[form](A, w, k / V**2, V * mpmath.mpf(float(motion.t[-1])) - begin) / V**2
+        error = abs(motion["q/x"][-1] - known)
     assert motion.outcome.ending is Ending.COMPLETE
-    assert abs(motion["q/x"][-1] - known) <= 1e-11 * abs(known)
+    assert error <= 1e-12 * abs(motion["q/x"]).max()
     assert motion.outcome.steps <= 1000
 
 
@@ -139,13 +140,13 @@ def test_what_follows_a_mass_that_begins_to_move_has_its_errors(road, damper, re
     text = PAIR.format(start=source.choice(["0.3", "5", "5/7"]), form=road, c=damper, **given)
     print(text)
     stop = 5.8 / float(given["V"])
-    motions = [follow(text, stop, 3, method=method) for method in ("taylor", "ias15")]
+    motions = [follow(text, stop, 41, method=method) for method in ("taylor", "ias15")]
     for motion in motions:
         assert motion.outcome.ending is Ending.COMPLETE
         assert motion.outcome.steps <= 6000
     for name in ("x", "y"):
-        one, other = (motion[f"q/{name}"][-1] for motion in motions)
-        assert abs(one - other) <= 1e-10 * abs(one)
+        one, other = (motion[f"q/{name}"] for motion in motions)
+        assert abs(one[-1] - other[-1]) <= 1e-11 * abs(one).max()  # the last one may be near 0
 
 
 CHATTERING = """

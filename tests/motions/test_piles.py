@@ -88,7 +88,8 @@ def test_a_column_of_balls_comes_to_rest(case: int, shaken: bool, request: pytes
     floor, rest = A * np.sin(3.0 * motion.t), np.arange(count)
     above = np.diff(motion["q/y"] - rest, axis=1, prepend=floor[:, None])
     assert above.min() >= -SAME, text
-    assert np.abs(motion["q/y"][-1] - floor[-1] - rest).max() <= SAME, text
+    wandered = 2.0**-52 * count * motion.outcome.steps**0.5  # heights are rounded in each step on a floor
+    assert np.abs(motion["q/y"][-1] - floor[-1] - rest).max() <= SAME + shaken * wandered, text
     assert np.abs(motion["v/y"][-1] - 3.0 * A * np.cos(3.0 * motion.t[-1])).max() <= SAME, text
     if not shaken:
         assert np.all(motion["v/y"][-1] == 0.0), text

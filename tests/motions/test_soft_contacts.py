@@ -164,7 +164,16 @@ def test_two_contacts_that_end_at_once_take_no_search(series):
 @pytest.mark.parametrize("p", [1.5, 2.5])
 def test_grains_that_graze(p, source, series):
     """Their closest approach is just below the distance at which they touch."""
-    depth = 10.0 ** -source.uniform(3, 10)
+    grazes(10.0 ** -source.uniform(3, 10), p, series)
+
+
+@pytest.mark.parametrize("depth", [2.9369935989644085e-09, 2.9203439200178116e-09, 2.9037886273201745e-09])
+def test_a_contact_goes_on_that_has_begun_by_less_than_rounding(depth, series):
+    """Behind the first step the depth is 2^-54, of which nothing is known."""
+    grazes(depth, 1.5, series)
+
+
+def grazes(depth: float, p: float, series: list[int]) -> None:
     pile = Pile(np.array([[1.0, 3.0], [2.0, 3.0 - depth], [1.0, -1.0], [0.0, 0.0]]), 6.0, 1e3, p, 0.0)
     motion = pile.followed(2.0)
     assert motion.status == "complete"

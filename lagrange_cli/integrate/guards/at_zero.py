@@ -171,6 +171,17 @@ class AtZero(Crossing):
         near = np.abs(self._arguments()) <= few * self._noise()
         return [j for j in rooted if near[j]]
 
+    def goes_in(self) -> bool:
+        """Take the motion on where no step leads on because an argument has just left 0, by no more than
+        rounding: from that nobody knows how near the branch point of a force is."""
+        self._series()
+        rates = self._coefficients_of_arguments()[:, 1]
+        begun = [j for j in self.touching(1.0) if rates[j] * self.modes[j] > 0.0]
+        mode = self.modes[begun]
+        found = bool(begun) and self._crossed_by(begun, 0.0, -mode, mode)
+        self.prepare()
+        return found
+
     def blur(self) -> bool:
         """Let accelerations differ from those predicted by what rounding changes them, for some steps, where
         a force contains a root of an argument that is known to few digits; whether that is new."""

@@ -90,7 +90,9 @@ class Settling(Sliding):
             return False
         if self.stops() or self.rests_on() or self.rest() or self.cross():
             return True
-        return self.rests_on() or self.goes_farther() or self.leave_out() or self.blur()
+        if self.rests_on() or self.goes_farther() or self.leave_out() or self.blur():
+            return True
+        return self.goes_in()
 
     def tries(self) -> bool:
         """Go on with steps where no way leads across a root."""

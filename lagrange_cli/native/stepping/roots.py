@@ -36,8 +36,9 @@ ITERATIONS, CLOSE = 200, 2.0**-28
 one, as each doubles the number of its digits."""
 ROUNDED = 2.0**-44
 """How much of a polynomial's first coefficients may be rounding."""
-NEARLY = 2.0**-10
-"""A root is corrected by no more than this part of it."""
+NEARLY, STEADY = 2.0**-10, 16.0
+"""A root is corrected by no more than this part of it, and where its slope changes by no more than so many
+times itself."""
 NONE, BACK = float("inf"), -1.0
 """The values in place of a root: there is none; the motion would go back to where it came from."""
 
@@ -274,9 +275,7 @@ class Roots:
                 along = begins / (begins - there)
                 guess = a.get() + w.get() * f.select((along > 0.0) & (along < 1.0), along, f.constant(0.5))
                 root = self._refined(f, p, (a.get(), guess, end))
-                value, (_, slope) = self._by_horner(f, whole, root), self._both(f, whole, root)
-                near = f.magnitude(value) <= f.magnitude(slope) * root * NEARLY
-                f.give(f.larger(f.select(near, root - value / slope, root), f.constant(0.0)) * h)
+                f.give(f.larger(self._corrected(f, whole, root), f.constant(0.0)) * h)
             with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
                 pass_by()
             w.set(w.get() * 0.5)
@@ -299,6 +298,15 @@ class Roots:
             with f.when(~(f.magnitude(following - at) > following * CLOSE)):
                 found.leave()
         return f.larger(x.get(), f.constant(0.0))
+
+    def _corrected(self, f: Function, p: Pointer, root: Real) -> Real:
+        """A root after one more of Newton's steps, if that is short and does not lead far beyond the places
+        where the slope is about as small: where a root is multiple, slopes may be rounding errors."""
+        value, (_, slope) = self._by_horner(f, p, root), self._both(f, p, root)
+        corrected, size = root - value / slope, f.magnitude(slope)
+        _, there = self._both(f, p, corrected)
+        sound = (f.magnitude(value) <= size * root * NEARLY) & (f.magnitude(there - slope) <= size * STEADY)
+        return f.select(sound, corrected, root)
 
     def _by_horner(self, f: Function, p: Pointer, s: Real) -> Real:
         """``p`` at ``s``, the last sum with one rounding: roots of linear functions are exact."""

@@ -100,3 +100,14 @@ def test_terms_are_known_as_far_as_the_series_has_converged(order, radius, term)
     assert not terms[order - 1 : 8 * roots.vectors].any()
     assert known.size == pytest.approx(terms[: order - 1].sum(), rel=1e-14)
     assert terms[order - 3] <= 2.0**-50 * known.size
+
+
+def test_rounding_moves_a_threefold_root_by_its_cube_root_and_no_more(first_root):
+    """The slope there is rounding: it leads nowhere. Here n = 2^-52 times the size of the polynomial's terms,
+    and c is its third coefficient at the root."""
+    source = np.random.default_rng(3)
+    for root, *zeros in source.uniform([0.2, 2.0, 2.0], [0.9, 4.0, 4.0], (400, 3)):
+        u = Polynomial.fromroots([root, root, root, *zeros])
+        noise = 2.0**-52 * Polynomial(np.abs(u.coef))(root)
+        found = first_root(u, 1.0, float(np.sign(u(0.0))), False)
+        assert abs(found - root) <= 2 * np.cbrt(noise / abs(u.deriv(3)(root) / 6))
