@@ -22,6 +22,8 @@ Follow = Callable[[Array, Array], tuple[Array, Array, int, float]]
 """From places and velocities (3, bodies) to those at ``STOP``, the number of steps, and processor seconds."""
 SHARED, THREADS, FASTER = 300, (1, 2), 1.6
 """From so many bodies on, threads share the work; how much faster two of them have to be with a thousand."""
+READY = 0.5
+"""How many seconds preparation may take."""
 SPEED = 0.4
 ROUNDING = 2.0**-52
 """Energy errors smaller than this are not compared: those of the state as it is rounded are as large."""
@@ -200,6 +202,8 @@ def measure(options: Namespace) -> Report:
             clock = in_own_process(by_threads, case, 2 * options.runs)
             rows = [(str(n), f"{1e3 * one:.2f}", f"{clock[1] / one:.2f}") for n, one in clock.items()]
             parts.append(markdown_table(("threads of ias15", "clock, ms", "speed"), rows))
+        ready = max(found[name].prepare for name in (IAS15, TAYLOR) if name in found)
+        requirements.append(Requirement(f"{count} bodies: seconds to prepare", ready, "<=", READY))
         if count >= CASES[-1].count:
             faster = f"{count} bodies: time with one thread, relative to two"
             requirements.append(Requirement(faster, clock[1] / clock[2], ">=", FASTER))
