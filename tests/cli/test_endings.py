@@ -23,6 +23,7 @@ COMPLETE = LINE.format(x=1, v=0, place="x", potential="x**2")
 COLLISION = LINE.format(x=1, v=0, place="x", potential="-1/x")
 FOLD = LINE.format(x=0, v=1, place="x**2", potential="0")  # no mass where the fold is
 ROOT = LINE.format(x=1, v=-1, place="x", potential="2*x**2.5")
+EDGE = LINE.format(x=1, v=-1, place="[x, x**1.5]", potential="0")
 STEEP = LINE.format(x=1, v=0, place="x", potential="1e300*sqrt(x**2)")
 STEEPEST = LINE.format(x=1, v=0, place="x", potential="-1e5*x**2")
 UNSTABLE = LINE.format(
@@ -38,6 +39,7 @@ CASES = [
     *((method, ROOT, Ending.NOT_A_NUMBER) for method in METHODS),
     *((method, COLLISION, Ending.STEP_UNDERFLOW) for method in OURS),
     *((method, STEEPEST, Ending.OVERFLOW) for method in OURS),
+    *((method, EDGE, Ending.EDGE) for method in OURS),
     ("BDF", COLLISION, Ending.METHOD_FAILED),
     ("LSODA", STEEP, Ending.METHOD_FAILED),
 ]
@@ -47,6 +49,7 @@ NAMED = {
         for method in METHODS
     },
     **{(method, COLLISION): "the denominator x reaches 0 in -1/x (line 4)" for method in OURS},
+    **{(method, EDGE): "x reaches 0 in x**1.5 (line 3)" for method in OURS},
     **{(method, ROOT): "x reaches 0 in x**2.5 (line 4)" for method in OURS},
 }
 """What is said instead of the general sentence."""
@@ -54,6 +57,7 @@ EVENTS = {
     Ending.STOPPED,
     Ending.TOO_MANY_EVENTS,
     Ending.RECURRING,
+    Ending.IDLE,
     Ending.DRAGGED,
     Ending.NO_CROSSING,
     Ending.NO_MASS,
@@ -87,8 +91,8 @@ class Impatient(Interrupts):
 
 def test_there_is_a_case_for_every_ending_of_every_method():
     """Steps are refined by scipy's methods until they fail, by ours until they are below the resolution of
-    time."""
-    own, theirs = {Ending.STEP_UNDERFLOW, Ending.OVERFLOW}, {Ending.METHOD_FAILED}
+    time; and scipy's pass over edges, with a warning."""
+    own, theirs = {Ending.STEP_UNDERFLOW, Ending.OVERFLOW, Ending.EDGE}, {Ending.METHOD_FAILED}
     for method in METHODS:
         found = {ending for name, _, ending in CASES if name == method}
         assert found == set(Ending) - EVENTS - (theirs if method in OURS else own)
