@@ -157,8 +157,8 @@ class GuardRows:
     """Guards of impacts that act on one another, each with the coordinates on which it depends: an action is
     simple only while no other one touches that depends on what it sets."""
     joined: tuple[int, ...] = ()
-    """For each coordinate one of those that constraints couple with it, the same of all of these, if
-    constraints have impulses after simple actions."""
+    """If compiled code follows impacts at one time: for each coordinate one of those that constraints couple
+    with it, the same of all of these, if constraints have impulses after simple actions; else itself."""
     degrees: int = 0
     """How many coordinates are not auxiliary."""
 

@@ -83,13 +83,13 @@ class Interface:
     forces alone, ``LOOSE`` for an impact without contact, or ``SIMPLE``. ``changed`` are the new values that
     actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
     events: a simple action, and what it changes the argument of. ``reached`` are the coordinates on which
-    impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these
-    where nothing else touches; where constraints have impulses then, ``joined`` has for each coordinate one
-    of those that they couple with it, and ``reached`` these. ``@act`` computes new values, two sizes of
-    each event's argument, and the ``masses`` that actions change, of these particles. ``@speeds`` gives
-    the rates of the arguments of impacts, if there may be contact. ``@constrain`` computes so many
-    ``constraints``, their rates, and the entries of the matrix of the equations that ``pattern`` names; only
-    where an action may leave the constraints.
+    impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these.
+    If it does so while others touch, ``joined`` has for each coordinate itself or, where constraints have
+    impulses then, one of those that they couple with it, and ``reached`` these. ``@act`` computes new values,
+    two sizes of each event's argument, and the ``masses`` that actions change, of these particles.
+    ``@speeds`` gives the rates of the arguments of impacts, if there may be contact. ``@constrain`` computes
+    so many ``constraints``, their rates, and the entries of the matrix of the equations that ``pattern``
+    names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
     times the second and m times the third. Steps hand over so many numbers that are ``carried`` with the
     state. Several threads can share an evaluation in so many ``strips``; their ``board`` is in the constants.

@@ -174,7 +174,7 @@ class AtOnce:
             with f.when(self.unclear(f, one, speed(one.j), results)):
                 f.give(f.count(UNCLEAR))
             fastest.set(f.select(self.now(f, one), f.larger(this, fastest.get()), fastest.get()))
-        least = fastest.get() * (1.0 - ALIKE)
+        least = fastest.get() - f.magnitude(fastest.get()) * ALIKE
         last = f.count(rows.count)
         chosen = f.variable(f.select(beside(speed(j), j) >= least, j, last))
         with others() as (one, this):
