@@ -108,6 +108,15 @@ def test_a_system_without_families_is_compiled_without_what_they_need(tmp_path):
     assert len(own) <= 320
 
 
+def test_families_load_no_masked_arrays(tmp_path):
+    """They take 10 ms of numpy's."""
+    lattice = PENDULUM.replace("pendulum.yaml", "lattice.yaml")
+    modules = modules_imported_by(
+        ["solve", lattice, "--size", "N=20", "--stop", "0.1"], tmp_path, LAGRANGE_NO_CACHE="1"
+    )
+    assert "lagrange_cli.native.families.program" in modules and "numpy.ma" not in modules
+
+
 RARE = {f"lagrange_cli.spec.{name}" for name in (
     "bodies", "draw", "events", "transformations", "unknown", "vanishing",
 )}  # fmt: skip

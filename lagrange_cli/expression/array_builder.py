@@ -19,6 +19,7 @@ from lagrange_cli.expression.index_arrays import (
     Differ,
     Places,
     Whole,
+    distinct,
     holding,
     integers,
     of_each_kind,
@@ -94,7 +95,7 @@ class ArrayBuilder(Builder):
         """The same for all members; raises ``Differ`` where they differ."""
         assert isinstance(indices, Members)
         known = holding(condition, indices)
-        found = np.unique(known)
+        found = distinct(np.asarray(known))
         if len(found) > 1:
             raise Differ(np.asarray(known, dtype=np.int64))
         return bool(found[0])

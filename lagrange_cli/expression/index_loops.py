@@ -19,6 +19,7 @@ from lagrange_cli.expression.index_arrays import (
     Places,
     TooMany,
     Whole,
+    distinct,
     holding,
     integers,
     limited,
@@ -175,7 +176,7 @@ def visited(loop: Sum, indices: Indices, count: int) -> Places:
         values = every_value(loop, indices, 1)
         return values if len(values) < 2 or values[0] < values[1] else values[::-1]
     if len(bounds) > 2:
-        return np.unique(every_value(loop, indices, count))
+        return distinct(every_value(loop, indices, count))
     start, stop = (np.broadcast_to(one, count) for one in (0, *bounds)[-2:])
     runs = np.flatnonzero(start < stop)
     if not len(runs):

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import NONE, Chain, Domain, Slots, Source, Term, Total
@@ -111,7 +111,7 @@ class Bonds:
     def summed(self) -> Places:
         """The numbers of constraints that have several terms."""
         found = [one.numbers for one in self.bounds if not one.whole]
-        return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
+        return distinct(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
 
     @cached_property
     def values(self) -> Total:
@@ -207,7 +207,7 @@ def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None
                 raise Unsuited
             found += bounds_of(builder, domain, value, numbers[which], joints, holonomic)
     bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows or one.holds)]
-    if len(np.unique(np.concatenate(bound))) < len(names):
+    if len(distinct(np.concatenate(bound))) < len(names):
         raise Unsuited  # no coordinate is in one of them
     multipliers = Total(Source.TOTAL, len(names))
     felt = responses_of(found, len(names), builder.q.count, joints) if names and joints is not None else None
@@ -242,7 +242,7 @@ def bounds_of(
             raise Unsuited
         number = np.full(total.count, NONE)
         number[slot.table] = numbers
-        if len(np.unique(slot.table)) < len(slot.table):
+        if len(distinct(slot.table)) < len(slot.table):
             raise Unsuited
         for term in total.terms:
             mine = number[term.targets]

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.elimination import elimination_of
@@ -86,7 +86,7 @@ def coupled_masses(
     """M of so many coordinates, from terms on its ``diagonal`` and products of velocities."""
     numbers = [np.arange(count) * (count + 1)]
     numbers += [np.maximum(p.first, p.second) * count + np.minimum(p.first, p.second) for p in products]
-    keys = np.unique(np.concatenate(numbers))
+    keys = distinct(np.concatenate(numbers))
     size = len(keys)
     terms = [Term(t.domain, t.node, np.searchsorted(keys, t.targets * (count + 1))) for t in diagonal]
     for product, key in zip(products, numbers[1:]):

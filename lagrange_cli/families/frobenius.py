@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
@@ -85,7 +85,7 @@ def sharing(system: FamilySystem, bonds: Bonds) -> Sharing:
     held = np.zeros(system.q.count, dtype=bool)
     held[owners[owners[:, 1] < bonds.holonomic, 0]] = True
     on_velocities = owners[owners[:, 1] >= bonds.holonomic, 0]
-    return Sharing(held, len(np.unique(on_velocities)) < len(on_velocities))
+    return Sharing(held, len(distinct(on_velocities)) < len(on_velocities))
 
 
 def touched(system: FamilySystem, bound: Bound) -> Iterator[Places]:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from lagrange_cli.expression.array_builder import Members
-from lagrange_cli.expression.index_arrays import FARTHEST, Differ, Places, one_if_equal
+from lagrange_cli.expression.index_arrays import FARTHEST, Differ, Places, distinct, one_if_equal
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Axis, Name, Tree, components
 from lagrange_cli.families.arrays import Array, Domain
@@ -153,7 +153,7 @@ def alike(one: Group, other: Group, own: Places | None = None) -> Iterator[Place
     """The members of a group in parts that are alike in it and in another group, of which they are members,
     too: all, or those of the numbers ``own``."""
     labels = one.labels * (int(other.labels.max()) + 1) + (other.labels if own is None else other.labels[own])
-    for label in np.unique(labels):
+    for label in distinct(labels):
         yield np.flatnonzero(labels == label)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Domain, Slot, Term, Total, total_of
@@ -64,7 +64,7 @@ def with_products(builder: FamilyBuilder, energies: Energies, products: Sequence
         return energies
     count = builder.q.count
     squares = [one.first[one.first == one.second] for one in products]
-    if len(np.unique(np.concatenate([*squares, *(one.targets for one in energies.masses.terms)]))) < count:
+    if len(distinct(np.concatenate([*squares, *(one.targets for one in energies.masses.terms)]))) < count:
         raise Unsuited  # no pivot can be where M has no entry on its diagonal
     made = coupled_masses(builder.root, count, energies.masses.terms, products)
     return replace(energies, masses=made.diagonal(builder.slots, Domain(count)), coupled=made)

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.elimination import elimination_of
@@ -42,7 +42,7 @@ class SaddlePoint:
         keys = [
             (self.masses.count + bounds[b].numbers) * size + bounds[b].rows[a] for b, a in self.bonds.pulls
         ]
-        found = np.unique(np.concatenate(keys))
+        found = distinct(np.concatenate(keys))
         before = len(self.masses.pairs)
         return [before + np.searchsorted(found, one) for one in keys], np.stack(
             np.divmod(found, size), axis=1

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slots, Term, Tree, placed
 from lagrange_cli.mechanics.multiplied_out import monomials
 
@@ -29,7 +29,7 @@ def shifted(
             if not theirs.node.is_zero:
                 before.append(theirs)
     at = np.concatenate([np.zeros(0, dtype=np.int64), *(one.targets for one in before)])
-    if not before or len(np.unique(at)) < len(at):  # or several members follow from one
+    if not before or len(distinct(at)) < len(at):  # or several members follow from one
         return terms, ()
     return [*together(slots, own, before, len(parents))], before
 
@@ -81,7 +81,7 @@ def together(slots: Slots, own: Sequence[Term], others: Sequence[Term], count: i
         which[other.targets], at[other.targets] = k, np.arange(other.domain.count)
     for term in own:
         found = which[term.targets]
-        for k in np.unique(found).tolist():
+        for k in distinct(found).tolist():
             members = np.flatnonzero(found == k)
             targets, domain = term.targets[members], Domain(len(members))
             node = placed(slots, term.node, domain, members)

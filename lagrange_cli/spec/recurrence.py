@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.bounds import MAX_DEPTH, Bounds
-from lagrange_cli.expression.index_arrays import Differ, Mask, Places, Whole, flat, integers
+from lagrange_cli.expression.index_arrays import Differ, Mask, Places, Whole, distinct, flat, integers
 from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.many_bounds import BoundsBuilder
 from lagrange_cli.expression.syntax import Binary, ExpressionError, Name, Sum, Tree, names
@@ -103,7 +103,7 @@ class Recurrence(BoundsBuilder):
             if np.any(chosen := rest & within(other, places, members.count)):
                 beside.append(self._member(int(which[chosen][0]), alone=False))
                 rest &= ~chosen
-        beside += [self._member(number) for number in np.unique(which[rest]).tolist()[: FEW + 1]]
+        beside += [self._member(number) for number in distinct(which[rest]).tolist()[: FEW + 1]]
         if len(beside) > FEW:
             raise Unsuited
         if not np.any(inside):

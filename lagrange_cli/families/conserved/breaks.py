@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.conserved.currents import current
@@ -98,7 +98,7 @@ def with_breaks(
     asked = [one.quantity for one in found if one.quantity not in safe]
     broken: dict[str, Sequence[int]] = {**dict.fromkeys(safe, ()), **breaks(system, states, asked, actions)}
     if system.events is not None and system.bonds is not None and "h" in asked:
-        broken["h"] = np.unique(actions.acting).tolist()  # by impulses of constraints, too
+        broken["h"] = distinct(actions.acting).tolist()  # by impulses of constraints, too
     for one in found:
         events = tuple(actions.names[e] for e in broken[one.quantity])
         because = f"{one.because}; {between_events(events)}" if events else one.because
@@ -154,7 +154,7 @@ def breaks(
             pairs.append(np.array([which, events[event]]))
     which, event = np.concatenate(pairs, axis=1)
     count = len(actions.names)
-    which, event = np.divmod(np.unique(which * count + event), count)
+    which, event = np.divmod(distinct(which * count + event), count)
     order = [one for one in quantities if one in momenta] + others
     found = np.split(event, np.searchsorted(which, np.arange(1, len(order))))
     return {name: own.tolist() for name, own in zip(order, found)}
@@ -199,7 +199,7 @@ def by_speeds(
 def together(acting: Places, places: Places, parameters: int, size: int) -> Iterator[tuple[Places, Places]]:
     """Events that are carried out side by side, and the numbers of what they set: those that set parameters
     alone; ``size`` is what one takes."""
-    alone = np.unique(acting[places >= parameters])
+    alone = distinct(acting[places >= parameters])
     others, most = np.setdiff1d(acting, alone), max(1, NUMBERS // size)
     for events in (*alone[:, None], *(others[k : k + most] for k in range(0, len(others), most))):
         yield events, np.flatnonzero(np.isin(acting, events))

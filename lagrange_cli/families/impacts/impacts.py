@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
@@ -60,7 +61,7 @@ def impacts_of(
     driven[impacts] = ~parting(builder, events, *pulls, state)[impacts]
     contacts = contacts_of(builder, events, np.flatnonzero(driven), state)
     if contacts is not None:
-        touched = np.unique(found.reads[0][np.isin(found.reads[1], contacts.acts[1])])
+        touched = distinct(found.reads[0][np.isin(found.reads[1], contacts.acts[1])])
         driven[np.intersect1d(found.resting[touched], impacts)] = True
         contacts = contacts_of(builder, events, np.flatnonzero(driven), state)
     found = found if len(impacts) == len(slowing) else Finding(builder, events, impacts)
@@ -102,7 +103,7 @@ class Finding:
             for _, slot in self.slots.inside(term.node)
             if slot.array is builder.q
         ]
-        self._keys = np.unique(np.concatenate(keys))
+        self._keys = distinct(np.concatenate(keys))
         self.reads = np.stack(np.divmod(self._keys, self.degrees))
         self._contact, self._coordinate = self.order[events.changed[0]], events.changed[1] - self.degrees
         self._refuse_switches()
@@ -200,7 +201,7 @@ class Finding:
 
     def pushed(self, state: FamilyValues) -> Places:
         """The events whose contacts have a direction that is not 0."""
-        found: Places = self.resting[np.unique(self.acts[0][self.pushing(state)])]
+        found: Places = self.resting[distinct(self.acts[0][self.pushing(state)])]
         return found
 
     def made(self, kept: Places) -> Contacts:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds
@@ -92,7 +93,7 @@ def apart(events: Events, contacts: Coupled, joints: Articulation, coordinates: 
     pairs = [(one.contacts, one.rows) for one in contacts.pushes]
     pairs += [(one.numbers, rows) for one in bounds for rows in one.rows]
     count = int(trees.max()) + 1
-    keys = np.unique(np.concatenate([contacts.events[own] * count + trees[rows] for own, rows in pairs]))
+    keys = distinct(np.concatenate([contacts.events[own] * count + trees[rows] for own, rows in pairs]))
     owners, touched = np.divmod(keys, count)
     owner = np.full(count, NONE)
     owner[touched] = owners
@@ -110,7 +111,7 @@ def refuse_bound(found: Slowing, bound: Bonds) -> None:
     contain."""
     placed, trees = trees_of(found.joints, found.degrees)
     rows = [*(one.rows for one in found.pushes), *(one.rows for one in found.reaches)]
-    pushed = np.unique(np.concatenate(rows))
+    pushed = distinct(np.concatenate(rows))
     held = [rows for one in bound.bounds for rows in one.rows]
     moved = [placed[hold.component][hold.places] for one in bound.bounds for hold in one.holds]
     if any(np.isin(one, pushed).any() for one in held):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
@@ -42,7 +43,7 @@ class EventStates(FamilyValues):
         super().__init__(builder, t, q, v, parameters)
         self.builder, self.events, self.v = builder, events, v
         self.degrees, self.count = builder.q.count, events.count
-        self.keys = np.unique(np.concatenate([np.zeros(1, dtype=np.int64), *self._listed()]))
+        self.keys = distinct(np.concatenate([np.zeros(1, dtype=np.int64), *self._listed()]))
         self.moved = np.zeros(len(self.keys))
         self._changed = events.changed
         self._reading: Places | None = None
@@ -174,7 +175,7 @@ def turned(builder: FamilyBuilder, events: Events, kinetic: Node) -> tuple[Any, 
         here = FamilyValues(builder, t, q, v, parameters)
         new, before, energy = here.of(events.values), here.of(rates), here.node(kinetic)
         speeds = (places >= len(q)) & (places < 2 * len(q))
-        for some in np.array_split(np.unique(acting), -(-len(q) * events.count // NUMBERS)):
+        for some in np.array_split(distinct(acting), -(-len(q) * events.count // NUMBERS)):
             mine = np.flatnonzero(np.isin(acting, some) & speeds)
             columns = np.repeat(v[:, None], len(some), axis=1)
             columns[places[mine] - len(q), np.searchsorted(some, acting[mine])] = new[mine]

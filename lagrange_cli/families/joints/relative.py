@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import (
@@ -194,7 +194,7 @@ def owners_of(chain: Chain, pieces: Iterable[Piece]) -> Places:
             raise Unsuited
         own[term.targets] = slot.table
     rows = own[own != NONE]
-    if len(np.unique(rows)) < len(rows):
+    if len(distinct(rows)) < len(rows):
         raise Unsuited
     return own
 

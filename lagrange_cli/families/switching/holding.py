@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
@@ -51,7 +52,7 @@ class Holding:
     @property
     def resting(self) -> Places:
         """The coordinates that may be held."""
-        return np.unique(self.rows)
+        return distinct(self.rows)
 
     @property
     def free(self) -> Places:
@@ -123,7 +124,7 @@ def holding_of(friction: FrictionModes) -> Holding:
     listed = [np.stack([one.term.targets, friction.of(one)], axis=1) for one in friction.listed]
     pairs = np.unique(np.concatenate(listed), axis=0)
     rows, holding = np.ascontiguousarray(pairs.T)
-    if len(np.unique(holding)) < len(holding):
+    if len(distinct(holding)) < len(holding):
         raise Unsuited
     fast = speeds_of(friction)[holding]
     refuse_same(rows, fast, places_of(friction)[holding])

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Domain, Slots, Source, Term, Total, placed, total_of
@@ -54,7 +54,7 @@ def held(friction: FrictionModes, whole: tuple[Total, Total], moving: int) -> He
 
     Raises ``Unsuited`` where friction does not act against its own velocity, or may hold members in a circle.
     """
-    modes = np.unique(np.concatenate([friction.of(one) for one in friction.listed]))
+    modes = distinct(np.concatenate([friction.of(one) for one in friction.listed]))
     order = np.full(friction.modes.count, NONE)
     order[modes] = np.arange(len(modes))
     bounds = [*bounds_of(friction, order)]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.bonds import Bound
@@ -88,14 +89,14 @@ def sticking_joints(
             for one in others:
                 ratio = -slopes[1 - own] / slopes[own]
                 among = hinges.among[one[members]]
-                for b in np.unique(among).tolist():
+                for b in distinct(among).tolist():
                     some = np.flatnonzero(among == b)
                     part = Domain(len(some))
                     node = placed(slots, (1.0 - moves) * ratio, part, some)
                     carries.setdefault(b, []).append(Term(part, node, targets[some]))
     every = np.concatenate([np.zeros(0, dtype=np.int64), *held])
     total = sum(bound.domain.count for bound in bounds)
-    if len(every) != total or len(np.unique(every)) != total or np.any(hinges.node[every] == NONE):
+    if len(every) != total or len(distinct(every)) != total or np.any(hinges.node[every] == NONE):
         return None
     free = np.setdiff1d(np.arange(count), every)
     gates.append(Term(Domain(len(free)), graph.one, free))

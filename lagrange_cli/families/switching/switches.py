@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
@@ -201,7 +202,7 @@ class Switching(Switched):
             for one in self.friction
             if not self.slots.moving(one.argument, {self.system.v})
         ]
-        return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
+        return distinct(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
     @cached_property
     def held(self) -> Held | None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.families.arrays import Domain, Slots, Term
@@ -78,7 +79,7 @@ def along_vectors(
         raise Unsuited(*DIRECTIONS)
     made = {place: along(system, listed, moving) for place, listed in found.items()}
     rows = [row for one in made.values() for row in one.rows]
-    if rows and len(np.unique(np.concatenate(rows))) < sum(map(len, rows)):
+    if rows and len(distinct(np.concatenate(rows))) < sum(map(len, rows)):
         raise Unsuited(*DIRECTIONS)  # what holds a coordinate in two ways is not determined
     return made
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.families.arrays import Array
 from lagrange_cli.native.board import LINE
 from lagrange_cli.native.families.additions import behind, keys
@@ -70,7 +71,7 @@ def chunks_of(loop: Loop) -> Chunks | None:
             return None
         for r in range(count):
             found = apart[first[r] : last[r] + 1]
-            for b in (int(one) for one in np.unique(found[found >= 0])):
+            for b in (int(one) for one in distinct(found[found >= 0])):
                 if border[r] not in (-1, b) or chunk[r] not in (b, (b - 1) % chunks):
                     return None
                 border[r] = b

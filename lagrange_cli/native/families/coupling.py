@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.families.arrays import Array, Chain, Source, Total
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.description import FamilySystem
@@ -73,7 +74,7 @@ def with_masses(
     """Also the places of M."""
     i, j = masses.pairs.T
     keys = np.concatenate([one * masses.count + other for one, other in ((rows, columns), (i, j), (j, i))])
-    which, column = np.divmod(np.unique(keys), masses.count)
+    which, column = np.divmod(distinct(keys), masses.count)
     return which, column
 
 
@@ -103,7 +104,7 @@ def of_joints(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tu
         if np.array_equal(before, label):
             break
     every = np.arange(count)
-    keys = np.unique(np.concatenate([label * count + every, label[rows] * count + columns]))
+    keys = distinct(np.concatenate([label * count + every, label[rows] * count + columns]))
     order = np.argsort(label, kind="stable")
     starts = np.searchsorted(label[order], every)
     sizes = np.bincount(label, minlength=count)
@@ -120,8 +121,8 @@ def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Dependencies
     if total.count * count > FLAGS:
         found = [np.empty(0, dtype=np.int64)]
         for rows, columns in dependent(system, total, known):
-            found.append(np.unique(rows * count + columns))
-        keys = np.unique(np.concatenate(found))
+            found.append(distinct(rows * count + columns))
+        keys = distinct(np.concatenate(found))
     else:
         flags = np.zeros(total.count * count, dtype=bool)
         for rows, columns in dependent(system, total, known):

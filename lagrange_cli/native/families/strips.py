@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.native.families.additions import Additions, Key, LookedUp, keys
 from lagrange_cli.native.families.chunks import add_chunks, chunks_of
@@ -87,7 +88,7 @@ def strips_of(loop: Loop) -> Strips | None:
             return None
     for total, i in still(loop):
         places = tables[i][rows.starts]
-        if len(np.unique(places)) < len(places):
+        if len(distinct(places)) < len(places):
             return None
         for key, distance in distances.items():
             if key[0] is total:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.native.linear.banded import Banded
 from lagrange_cli.records import dataclass
 
@@ -81,7 +82,7 @@ def coupling_of(count: int, rows: IndexArray, columns: IndexArray) -> Coupling:
 def near(count: int, rows: IndexArray, columns: IndexArray) -> IndexArray:
     """The coordinates in an order in which neighbours are near: each one is followed by those of its
     neighbours that have not come yet, those with few neighbours first."""
-    keys = np.unique(np.concatenate([rows * count + columns, columns * count + rows]))
+    keys = distinct(np.concatenate([rows * count + columns, columns * count + rows]))
     first, second = np.divmod(keys, count)
     bounds, others = np.searchsorted(first, np.arange(count + 1)).tolist(), second.tolist()
     degrees = np.diff(bounds).tolist()

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places, Whole, flat, integers
+from lagrange_cli.expression.index_arrays import Places, Whole, distinct, flat, integers
 from lagrange_cli.expression.index_loops import within
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Axis
@@ -37,7 +37,7 @@ class Together:
                 by_family.setdefault(base, []).append(self._set(base, owners, places))
         except Unsuited:
             return False
-        return all(len(np.unique(found := np.concatenate(one))) == len(found) for one in by_family.values())
+        return all(len(distinct(found := np.concatenate(one))) == len(found) for one in by_family.values())
 
     def _right(self, entry: Entry, indices: Mapping[str, Whole], count: int) -> bool:
         """Whether the new values are right for these values of the indices."""

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constraints.joint_matrices import JointMatrices
@@ -70,7 +70,7 @@ class MatrixOfConstraints:
     def _places(self) -> tuple[Places, Places]:
         """Where M and A are not 0, each place once."""
         both = [[one.targets for one in terms] for terms in (self.masses, self.slopes)]
-        masses, slopes = (np.unique(np.concatenate(one)) for one in both)
+        masses, slopes = (distinct(np.concatenate(one)) for one in both)
         return masses, slopes
 
     @property

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.families.tables import in_groups
 from lagrange_cli.model.sparse import SparseElimination
 from lagrange_cli.native.families.tables import Tables
@@ -147,7 +148,7 @@ class SaddleTables:
         lower = Terms(targets, self._numbers[one], self._numbers[other])
         sums, limits = [], [some // LANES for some in (ends, pair_ends)]
         for terms, limit in zip((diagonal, lower), limits):
-            met = np.unique(terms.targets // LANES)
+            met = distinct(terms.targets // LANES)
             sums.append((self._rows(terms, met, zero), self.tables.of_array(np.searchsorted(met, limit))))
         (pivots, of_diagonal), (under, of_lower) = sums
         begins = [self.tables.of_array(limit) for limit in limits]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slot, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
@@ -152,7 +153,7 @@ class JointContacts(Bonded):
                         found.append(
                             (domain, node, bound.numbers[first] * self.count + push.contacts[second])
                         )
-        keys = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one for _, _, one in found)]))
+        keys = distinct(np.concatenate([np.zeros(0, dtype=np.int64), *(one for _, _, one in found)]))
         terms = [Term(domain, node, np.searchsorted(keys, one)) for domain, node, one in found]
         return np.stack(np.divmod(keys, self.count)), terms
 
