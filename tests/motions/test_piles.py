@@ -199,6 +199,19 @@ SPEED = "((x[i] - x[j])*(x_dot[i] - x_dot[j]) + (y[i] - y[j])*(y_dot[i] - y_dot[
 IMPULSE = f"(1 + e)/2*{SPEED}/((x[i] - x[j])**2 + (y[i] - y[j])**2)"
 
 
+def dropped(source: random.Random, count: int, e: float, width: float, speed: float = 1.0) -> str:
+    """Balls that fall into a box, each above the one before, with horizontal speeds up to this one."""
+    return PILE.format(
+        count=count,
+        e=e,
+        width=width,
+        impulse=IMPULSE,
+        xs=[source.uniform(0.5, width - 0.5) for _ in range(count)],
+        ys=[0.5 + 1.3 * i + source.uniform(0.0, 0.25) for i in range(count)],
+        us=[source.uniform(-speed, speed) for _ in range(count)],
+    )
+
+
 def deepest(motion: Motion, width: float) -> float:
     """How far balls are apart from each other and from the box, at least."""
     x, y = motion["q/x"], motion["q/y"]
@@ -213,13 +226,7 @@ def test_balls_in_a_box_keep_out_of_each_other(case: int, request: pytest.Fixtur
     """In the plane, without friction: those in a narrow box come to rest, one on two others."""
     source = random.Random(f"{request.config.option.seed} {case}")
     count, e, width = source.randint(2, 3), source.uniform(0.0, 0.4), source.choice((1.7, 2.5, 3.2))
-    given = {
-        "count": count, "e": e, "width": width, "impulse": IMPULSE,
-        "xs": [source.uniform(0.5, width - 0.5) for _ in range(count)],
-        "ys": [0.5 + 1.3 * i + source.uniform(0.0, 0.25) for i in range(count)],
-        "us": [source.uniform(-1.0, 1.0) for _ in range(count)],
-    }  # fmt: skip
-    text = PILE.format(**given)
+    text = dropped(source, count, e, width)
     motion = follow(text, 8.0, 161)
     assert motion.outcome.ending is Ending.COMPLETE, text
     assert deepest(motion, width) >= -SAME, text
@@ -234,14 +241,7 @@ def test_balls_in_a_box_rest_in_steps_on_rates(case: int, request: pytest.Fixtur
     leaves others while it is a little beyond 0 is not thrown back into them."""
     source = random.Random(f"{request.config.option.seed} rates {case}")
     count, width = source.randint(2, 4), source.choice((1.7, 2.5, 3.2))
-    given = {
-        "e": source.choice((0.0, source.uniform(0.0, 0.3))),
-        "count": count, "width": width, "impulse": IMPULSE,
-        "xs": [source.uniform(0.5, width - 0.5) for _ in range(count)],
-        "ys": [0.5 + 1.3 * i + source.uniform(0.0, 0.25) for i in range(count)],
-        "us": [source.uniform(-1.0, 1.0) for _ in range(count)],
-    }  # fmt: skip
-    text = PILE.format(**given)
+    text = dropped(source, count, source.choice((0.0, source.uniform(0.0, 0.3))), width)
     asked = count_from(0)
     motion = follow(text, 3.0, 61, method="ias15", interrupted=lambda: next(asked) > 5000)
     assert motion.outcome.ending is Ending.COMPLETE, text

@@ -11,7 +11,7 @@ import pytest
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.impacts.happenings import Happenings
 from lagrange_cli.native import events
-from tests.motions.test_piles import IMPULSE, PILE
+from tests.motions.test_piles import IMPULSE, PILE, dropped
 from tests.support.motion import Motion, follow, prepared
 
 BALL = """
@@ -141,26 +141,14 @@ def test_python_is_asked_where_the_motion_may_rest_and_nowhere_else(monkeypatch:
         assert motion.data["q/y"][-1] == 0.0 and motion.data["v/y"][-1] == 0.0
 
 
-def pile(source: random.Random) -> str:
-    """Balls that fall into a box, most of them on others."""
-    count, width = source.randint(2, 3), source.choice((1.7, 2.5))
-    return PILE.format(
-        count=count,
-        e=source.uniform(0.3, 0.5),
-        width=width,
-        impulse=IMPULSE,
-        xs=[source.uniform(0.5, width - 0.5) for _ in range(count)],
-        ys=[0.5 + 1.2 * i + source.uniform(0.0, 0.2) for i in range(count)],
-        us=[0.0] * count,
-    )
-
-
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", range(8))
 def test_impacts_beside_contacts_are_those_of_python(
     case: int, in_python: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    text = pile(random.Random(f"{request.config.option.seed} {case}"))
+    source = random.Random(f"{request.config.option.seed} {case}")
+    width = source.choice((1.7, 2.5))
+    text = dropped(source, source.randint(2, 3), source.uniform(0.3, 0.5), width, speed=0.0)
     slow = follow(text, 0.8, 17)
     in_python.undo()
     prepared.cache_clear()
