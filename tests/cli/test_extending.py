@@ -5,10 +5,13 @@ import os
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 from lagrange_cli.cli.main import main
-from tests.cli.test_resume import interrupted_after  # noqa: F401 - fixture
+from lagrange_cli.integrate.methods.stepper import Stepper
+from lagrange_cli.native.interface import Stop
+from tests.cli.test_resume import Nervous, interrupted_after  # noqa: F401 - fixture
 from tests.support.command import SYSTEMS
 
 PENDULUM, DOUBLE = (str(SYSTEMS / f"{name}.yaml") for name in ("pendulum", "double_pendulum"))
@@ -119,6 +122,30 @@ def test_a_run_that_was_interrupted_goes_on_to_another_end(interrupted_after):  
     interrupted_after(0)
     assert solve(*run, "--stop", "1500", "--resume") == 0
     assert content() == expected and sorted(os.listdir())[:2] == ["fall.yaml", "free.yaml"]
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_signal_in_the_last_step_loses_nothing(late, interrupted_after, monkeypatch):  # noqa: F811
+    run = (DOUBLE, "--step", "0.01", "--stop", "3", "--outputs", "q,ledger")
+    expected, fill = at_once(*run), Stepper.fill
+    interrupted_after(10**6)
+
+    def halted(self, wanted, first, last, interrupt, halt):
+        """A step that is left because of a signal, or the one after it."""
+        if last and Nervous.patience > 0:
+            if late:
+                self.space.advance(self._stop, np.full(8, np.nan), 0, 0, True, 1)
+            monkeypatch.setattr(Nervous, "patience", 1)
+            assert interrupt(self.space.t)
+            return Stop.PAUSE, 0
+        return fill(self, wanted, first, last, interrupt, halt)
+
+    monkeypatch.setattr(Stepper, "fill", halted)
+    assert solve(*run) == (0 if late else 130)
+    if not late:
+        interrupted_after(0)
+        assert solve(*run, "--resume") == 0
+    assert content() == expected
 
 
 def test_a_shorter_run_is_refused(capsys):

@@ -119,6 +119,13 @@ class Stepper:
         if self._happenings is not None:
             self._happenings.restore(snapshot.actions)
 
+    def at(self, snapshot: Snapshot) -> bool:
+        """Whether the motion is still where it was; if not, what a signal has left is gone on with."""
+        there = self.space.memory.tobytes() == snapshot.memory.tobytes()
+        if not there:
+            self.space.info[HALTED] = 0
+        return there
+
     @property
     def evaluations(self) -> int:
         """How often series, or rates, were computed for the steps taken."""

@@ -82,10 +82,15 @@ class TaylorMethod(CompiledEquations):
                 observer.samples(wanted[:kept], samples[:, :kept])
                 begin = first - done
                 known = kept > 0 or begin == 0 or bool(stepper.space.passed(times.chunk(begin - 1, 1))[0])
+                snapshot = stepper.snapshot(begin + kept)
                 if checkpoints.ends is not None and known and not stepper.limited:
-                    checkpoints.ends(stepper.snapshot(begin + kept))
+                    checkpoints.ends(snapshot)
                 wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
                 stop, _ = stepper.fill(wanted[done:], first, True, pause, halt)
+                while stop is Stop.PAUSE:  # the end is near; a run that goes on has to come by here, too
+                    if halted and stepper.at(snapshot):
+                        return end(Ending.INTERRUPTED, snapshot.t, stepper.space.state, at=snapshot)
+                    stop, _ = stepper.fill(wanted[done:], first, True, pause, halt)
             observer.samples(wanted[:done], samples)
             if stepper.finished is not None:
                 ending, detail = stepper.finished.ending, stepper.finished.detail
