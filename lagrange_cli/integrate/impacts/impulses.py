@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.arrays import at_one_state, largest_of
+from lagrange_cli.integrate.impacts.refinement import added, chosen, refined
 from lagrange_cli.integrate.impacts.sparse_impulses import ENOUGH
 from lagrange_cli.native.guards import DONE
 from lagrange_cli.native.state import Clock
@@ -71,20 +72,22 @@ class Impulses:
             return True
         if self._pushed(self._memory, event, sets):
             return True
-        state = self._memory[rows]
-        degrees = self._program.degrees
-        high = state[: self._program.rows].copy()
+        program, degrees = self._program, self._program.degrees
+        before = self._memory[[part * self._layout.width + rows for part in range(program.parts)]]
+        state, once = before[:, : program.rows].copy(), program.parts == 1
         speeds = all(degrees <= row < 2 * degrees for row in changed)
         for part, first in ((1, degrees),) if speeds and changed else ((0, 0), (1, degrees)):
             own = slice(first, first + degrees)
             free = [row - first for row in range(first, first + degrees) if row not in changed]
             for _ in range(MOST):
-                moved = self._step(high, part, free)
-                high[own] += moved
-                if part or not largest_of(moved) > NEAR * largest_of(high):
+                moved = self._step(state, part, free)
+                state[:, own] = added(state[:, own], moved)
+                if part and once or not largest_of(moved[0]) > NEAR**program.parts * largest_of(state[0]):
                     break  # of velocities, constraints are linear
-            self._put(rows[own][high[own] != state[own]], high[own][high[own] != state[own]])
-        return self._met(state, high) and self._polished() and self._stay(state[:degrees], rows, changed)
+            new = np.any(state[:, own] != before[:, own], axis=0)
+            self._put(rows[own][new], state[:, own][:, new])
+        coordinates = before[0, :degrees]
+        return self._met(before[0], state[0]) and self._polished() and self._stay(coordinates, rows, changed)
 
     def impulse(self, state: Array, event: int, sets: Sequence[tuple[int, int]]) -> Array:
         """The changes of velocities by forces of constraint in a ``state`` in which some were set as by the
@@ -99,7 +102,7 @@ class Impulses:
                 found: Array = memory[n : 2 * n] - state[n : 2 * n]
                 return found
         free = [row - n for row in range(n, 2 * n) if row not in changed]
-        return self._step(state[: self._program.rows], 1, free)
+        return self._step(state[None, : self._program.rows], 1, free)[0]
 
     def _pushed(self, memory: Array, event: int, sets: Sequence[tuple[int, int]]) -> bool:
         """Whether compiled code gives a state its impulses after the action of an ``event``, to the last
@@ -124,7 +127,7 @@ class Impulses:
 
     def _off(self, high: Array) -> float:
         """By how much constraints are not satisfied."""
-        return largest_of(self._evaluated(high)[: self._program.constraints])
+        return largest_of(self._evaluated(high[None, :])[0, : self._program.constraints])
 
     def _untouched(self, changed: Collection[int]) -> bool:
         """Whether the rows ``changed`` are velocities that none of many constraints contains."""
@@ -141,51 +144,60 @@ class Impulses:
         return all(abs(self._memory[rows[row]] - coordinates[row]) <= scale for row in own)
 
     def _put(self, rows: NDArray[np.intp], values: Array) -> None:
-        self._memory[rows] = values
         for start in (self._layout.width, self._layout.third):
             self._memory[start + rows] = 0.0
+        for part, own in enumerate(values):
+            self._memory[part * self._layout.width + rows] = own
 
-    def _step(self, high: Array, part: int, free: list[int]) -> Array:
-        """A step of Newton's method for the coordinates (part 0) or velocities (part 1): the change of those
-        that are ``free``, or of all where that is not enough."""
+    def _step(self, state: Array, part: int, free: list[int]) -> Array:
+        """A step of Newton's method for the coordinates (part 0) or velocities (part 1): the change (parts,
+        n) of those that are ``free``, or of all where that is not enough."""
         program = self._program
         count, degrees = program.constraints, program.degrees
-        found = self._evaluated(high)
-        off = found[part * count : (part + 1) * count]
+        found = self._evaluated(state)
+        off, entries = found[0, part * count : (part + 1) * count], found[:, 2 * count :]
         if count > FEW:
             from lagrange_cli.integrate.impacts.sparse_impulses import sparse_step
 
-            change = sparse_step(program, found[2 * count :], off, (free, range(degrees)))
+            change = sparse_step(program, entries, off, (free, range(degrees)))
             if change is not None:
                 return change
         matrix = np.zeros((degrees + count,) * 2)
-        matrix[tuple(program.places)] = found[2 * count :]
-        change = np.zeros(degrees)
-        least = least_change(matrix[:degrees, :degrees], matrix[degrees:, :degrees], off, free)
-        if least is not None:
-            change[free] = least
-            return change
+        matrix[tuple(program.places)] = entries[0]
+        change = np.zeros((program.parts, degrees))
+        if program.parts == 1:
+            least = least_change(matrix[:degrees, :degrees], matrix[degrees:, :degrees], off, free)
+            if least is not None:
+                change[0, free] = least
+                return change
         right = np.concatenate([np.zeros(degrees), off])
         for some in (free, range(degrees)):
             kept = [*some, *range(degrees, degrees + count)]
-            solution = np.linalg.lstsq(matrix[np.ix_(kept, kept)], right[kept], rcond=None)[0]
-            moved = np.zeros(degrees)
-            moved[[*some]] = solution[: len(some)]
-            left = off - matrix[degrees:, :degrees] @ moved
+            own = matrix[np.ix_(kept, kept)]
+            solve = lambda left, own=own: np.linalg.lstsq(own, left, rcond=None)[0]  # noqa: E731
+            if program.parts == 1:
+                solution = solve(right[kept])[None, :]
+            else:
+                there, places = chosen(kept, program.places, len(right))
+                solution = refined(solve, entries[:, there], places, right[kept])
+            change[:] = 0.0
+            change[:, [*some]] = solution[:, : len(some)]
+            left = off - matrix[degrees:, :degrees] @ change[0]
             if not largest_of(left) > ENOUGH * largest_of(off):
                 break
-        return moved
+        return change
 
-    def _evaluated(self, high: Array) -> Array:
-        """Constraints, their rates, and the entries of the matrix of the equations, at a state."""
+    def _evaluated(self, known: Array) -> Array:
+        """Constraints, their rates, and the entries of the matrix of the equations, at a state (parts, rows),
+        of which the high part alone may be known."""
         machine, program = self._settling.machine, self._program
         assert machine.constrain is not None
         count = program.parts * (2 * program.constraints + len(program.pattern))
-        state = np.zeros(program.parts * program.rows)
-        state[: program.rows] = high
+        state = np.zeros((program.parts, program.rows))
+        state[: len(known)] = known[:, : program.rows]
         when = self._memory[[self._layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
-        found = at_one_state(machine.constrain, self._settling.constants, when, state, count)
-        return found[: count // program.parts]
+        found = at_one_state(machine.constrain, self._settling.constants, when, state.ravel(), count)
+        return found.reshape(program.parts, -1)
 
     def _polished(self) -> bool:
         """Newton's method to the last digit; whether it ends, but for rounding."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.arrays import largest_of
+from lagrange_cli.integrate.impacts.refinement import chosen, refined
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -26,29 +27,33 @@ def sparse_step(
 ) -> Array | None:
     """The change of coordinates or velocities after which constraints that are ``off`` by these values are
     satisfied: of the first of the ``choices`` of those that may change with which that is possible, or of the
-    last one; None where the equations are singular. The ``entries`` are at the places of the program's
-    pattern."""
+    last one (parts, n); None where the equations are singular. The ``entries`` (parts, k) are at the places
+    of the program's pattern."""
     from scipy.sparse import csr_array, diags_array
     from scipy.sparse.linalg import splu
 
-    n, count = program.degrees, program.constraints
-    whole = csr_array((entries, tuple(program.places)), shape=(n + count, n + count))
-    most, moved = float(np.abs(whole[n:]).max()), np.zeros(n)
+    n, count, parts = program.degrees, program.constraints, len(entries)
+    whole = csr_array((entries[0], tuple(program.places)), shape=(n + count, n + count))
+    most, moved = float(np.abs(whole[n:]).max()), np.zeros((parts, n))
     for free in choices:
         own, kept = len(free), np.array([*free, *range(n, n + count)], dtype=np.int64)
         matrix = whole[kept][:, kept]
         mass = largest_of(matrix.diagonal()[:own])
         shift = SHIFT * most**2 / (mass or 1.0) or 1.0
-        right, solution = np.concatenate([np.zeros(own), off]), np.zeros(own + count)
+        right, solution = np.concatenate([np.zeros(own), off]), np.zeros((1, own + count))
         try:
             factors = splu((matrix - diags_array(np.repeat([0.0, shift], [own, count]))).tocsc())
         except RuntimeError:
             return None
-        for _ in range(REFINED):
-            solution += factors.solve(right - matrix @ solution)
+        if parts == 1:
+            for _ in range(REFINED):
+                solution[0] += factors.solve(right - matrix @ solution[0])
+        else:
+            there, places = chosen(kept, program.places, n + count)
+            solution = refined(factors.solve, entries[:, there], places, right, parts * REFINED)
         moved[:] = 0.0
-        moved[kept[:own]] = solution[:own]
-        left = off - whole[n:, :n] @ moved
+        moved[:, kept[:own]] = solution[:, :own]
+        left = off - whole[n:, :n] @ moved[0]
         if not largest_of(left) > ENOUGH * largest_of(off):
             break
     return moved if np.all(np.isfinite(moved)) else None
