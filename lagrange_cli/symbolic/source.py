@@ -186,8 +186,7 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
             functions += [] if SOLUTION.strip() in functions else [SOLUTION.strip()]
     body = "\n\n\n".join(functions)
     used = sorted(name for name in {*FUNCTIONS, *CONSTANTS} if re.search(rf"\b{name}\b", body))
-    if re.search(r"\bsign\(", body):
-        body = f"{SIGN}\n\n\n{body}"
+    body = with_sign(body)
     head = [
         f'"""{plain(equations.name)}: equations of motion.',
         "",
@@ -206,6 +205,11 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
         head.append(f"EVENTS = {sequence([repr(each.name) for each in equations.events])}")
         head.append(f"DIRECTIONS = {sequence([str(each.direction) for each in equations.events])}")
     return "\n".join(head) + "\n\n\n" + body
+
+
+def with_sign(body: str) -> str:
+    """The functions of a module, behind that of the sign, which ``math`` does not have, if it is used."""
+    return f"{SIGN}\n\n\n{body}" if re.search(r"\bsign\(", body) else body
 
 
 def constraint_functions(equations: Equations, writer: ModuleWriter) -> list[str]:

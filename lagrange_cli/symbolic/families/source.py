@@ -16,7 +16,7 @@ from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
 from lagrange_cli.symbolic.families.module_writer import MULTIPLIERS, PLACES, ModuleWriter
 from lagrange_cli.symbolic.notations import python_name
-from lagrange_cli.symbolic.source import IN_STEPS, LINEAR, SOLUTION
+from lagrange_cli.symbolic.source import IN_STEPS, LINEAR, SOLUTION, with_sign
 
 TOGETHER = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -126,7 +126,7 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
         functions.insert(0, PATHS.strip())
         listed = (f"{one.name} = paths({tuple(one.table.tolist())!r})" for one in equations.paths)
         functions.append("\n".join(listed))
-    return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
+    return "\n".join(head) + "\n\n\n" + with_sign("\n\n\n".join(functions))
 
 
 def in_steps(pulled: Sequence[str]) -> str:

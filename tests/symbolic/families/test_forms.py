@@ -56,6 +56,17 @@ CHARGED = SYSTEM.format(
     place='"p[i in range(N)]": ["3*u[i]", "w[i] - m[i]"]',
     mass="m[i]*(1 + i)",
 )
+RUBBED = """
+sizes: {N: 3}
+parameters: {m: 2, k: 3}
+coordinates: {"x[i in range(N)]": {initial: 0}}
+masses: {"b[i in range(N)]": m}
+positions: {"b[i in range(N)]": "(x[i], 0)"}
+potential: sum(k*abs(x[i])**3 + k*max(0, x[i], min(1, 2*x[i]))**2 for i in range(N))
+generalized_forces:
+  x[i in range(N)]: -sign(x_dot[i]) + where(x[i] > 0 and t < 1, atan2(x[i], pi), -tanh(x[i]))
+"""
+"""Functions with kinks and jumps, not all of which Python knows."""
 TEXTS = {
     "charged": CHARGED,
     "bodies": BODIES,
@@ -101,6 +112,20 @@ def test_the_forms_are_those_of_the_members(name: str, count: int) -> None:
     found = np.diag(matrix["masses"](0.3, q, p))
     assert np.allclose(found, other["mass_matrix"](0.3, q, p), rtol=1e-14, atol=0)
     assert np.allclose(matrix["force"](0.3, q, p), other["force"](0.3, q, p), rtol=1e-12, atol=1e-13)
+
+
+def test_functions_that_python_does_not_know() -> None:
+    spec = read_spec(RUBBED, "system.yaml")
+    parameters = dict(resolve_values(spec, {}).parameters)
+    families = derive_families(spec, small=True)
+    assert families is not None
+    one: dict[str, Any] = {}
+    other: dict[str, Any] = {}
+    exec(written(families, "python", "lagrange", parameters), one)
+    exec(as_python(derive(spec).equations, "lagrange", parameters), other)
+    for q, v in np.random.default_rng(3).normal(size=(5, 2, 3)).tolist():
+        for function in ("lagrangian", "generalized_forces", "accelerations"):
+            assert np.allclose(one[function](0.3, q, v), other[function](0.3, q, v), rtol=1e-12, atol=1e-13)
 
 
 def test_hamilton_as_in_a_textbook() -> None:
