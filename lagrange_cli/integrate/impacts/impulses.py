@@ -82,7 +82,7 @@ class Impulses:
             for _ in range(MOST):
                 moved = self._step(state, part, free)
                 state[:, own] = added(state[:, own], moved)
-                if part and once or not largest_of(moved[0]) > NEAR**program.parts * largest_of(state[0]):
+                if (part and once) or not largest_of(moved[0]) > NEAR**program.parts * largest_of(state[0]):
                     break  # of velocities, constraints are linear
             new = np.any(state[:, own] != before[:, own], axis=0)
             self._put(rows[own][new], state[:, own][:, new])
