@@ -21,7 +21,7 @@ from lagrange_cli.integrate.impacts.resting import Impact, Resting
 from lagrange_cli.integrate.impacts.sides import Sides
 from lagrange_cli.integrate.impacts.standstill import Moving, Standstill
 from lagrange_cli.limits import limit
-from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, Role
+from lagrange_cli.native.guards import AFTER, ENDLESS, ENDS, NOTES, RECORDED, SAMPLE, Role
 from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
@@ -143,7 +143,17 @@ class Happenings:
             states = self._sides.state(before), self._sides.state(after)
             parameters = parameters_in(self._program, before), parameters_in(self._program, after)
             self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
+        if self._program.joined:
+            self._accumulate(records, ~crossed)
         return self._hand_over(records[start:][crossed[start:]])
+
+    def _accumulate(self, records: Array, after: NDArray[np.bool_]) -> None:
+        """Hand over where infinitely many impacts end, as compiled code has recorded ``after`` them."""
+        ends, endless = (records[:, self._layout.at(one)] for one in (ENDS, ENDLESS))
+        for k in np.flatnonzero(after & (endless > 0.0)).tolist():
+            event = int(records[k - 1, self._layout.at(NOTES[0])]) - self._sides.first
+            if self._resting.at_once.first(event, float(ends[k])):
+                self._sink.accumulated(event, float(ends[k]))
 
     def _hand_over(self, records: Array) -> Finished | None:
         """Hand over crossings that compiled code has recorded."""
