@@ -147,7 +147,9 @@ class ActionCode:
                 f.give(left)
             settles = f.variable(f.never(1))
             if self.rest.possible:
-                with f.when(bounce.rests & hits(f, j)):
+                # other forces may act where it ends other contacts: they do not lead back as those before it
+                freed = bounce.last & self.at_once.frees(f, j, speeds, results, known)
+                with f.when((bounce.still | (bounce.last & ~freed)) & hits(f, j)):
                     drags = self.rest.stop(f, j, before, bounce, known)
                     write_speeds(f, rows, layout, results, speeds)
                     settles.set(bounce.still | ~drags)

@@ -208,6 +208,14 @@ class AtOnce:
         """Whether a speed is nothing but a rounding error."""
         return size <= known.largest * ROUNDING
 
+    def frees(self, f: Function, j: Integer, speeds: Pointer, results: Pointer, known: Speeds) -> Bit:
+        """Whether an impact ends contacts: gives the motion a speed there, as ``speeds`` tell."""
+        found = f.variable(f.never(1))
+        with self.touching(f, j, results) as one:
+            stands = self.stands(f.magnitude(f.load(speeds, one.k)), known)
+            found.set(found.get() | (~one.held.equals(0.0) & ~stands))
+        return found.get()
+
     def release(
         self, f: Function, j: Integer, speeds: Pointer, results: Pointer, known: Speeds, rests: Bit,
         settles: Bit,
