@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from itertools import accumulate
+from typing import TYPE_CHECKING
 
 from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, SMALL, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
@@ -17,9 +18,11 @@ from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.at_once import NOTHING, AtOnce, hits, write_speeds
-from lagrange_cli.native.stepping.bounces import Bounces
-from lagrange_cli.native.stepping.coming_to_rest import ComingToRest
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.bounces import Bounces
+    from lagrange_cli.native.stepping.coming_to_rest import ComingToRest
 
 HUGE = 1.7976931348623157e308
 ALONE = "act_alone"
@@ -100,12 +103,16 @@ class ActionCode:
     @property
     def rest(self) -> ComingToRest:
         """The code for impacts after which the motion rests."""
+        from lagrange_cli.native.stepping.coming_to_rest import ComingToRest
+
         own = partial(self._own, name="changed", count=len(self.rows.changed))
         return ComingToRest(self.rows, self.layout, self.interpolated, lambda f, j: own(f, j=j), self._acted)
 
     @property
     def bounces(self) -> Bounces:
         """The code for what impacts leave."""
+        from lagrange_cli.native.stepping.bounces import Bounces
+
         given = self.rows, self.layout, self.term, self.interpolated
         return Bounces(*given, self.at_once, rests=self.rest.possible)
 

@@ -7,8 +7,8 @@ next step. All else, as where others are hit or come to rest at the same time, i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 from lagrange_cli.native.guards import ENDLESS, ENDS, GuardRows
 from lagrange_cli.native.llvm.function import Function
@@ -52,10 +52,8 @@ class ComingToRest:
 
     @property
     def possible(self) -> bool:
-        """Whether compiled code does it: where neither constraints nor friction have to be looked at."""
-        rows = self.rows
-        alone = bool(rows.joined) and rows.joined == (*range(len(rows.joined)),)
-        return alone and not rows.switches and not self.interpolated
+        """Whether compiled code does it: where no friction has to be looked at."""
+        return bool(self.rows.joined) and not self.rows.switches and not self.interpolated
 
     def stop(self, f: Function, j: Integer, before: Pointer, bounce: Bounce, known: Speeds) -> Bit:
         """Take away what the impact at guard ``j`` has left, before which the state was ``before``. Whether
@@ -63,29 +61,23 @@ class ComingToRest:
         layout, state, degrees = self.layout, f.pointer("%state"), self.layout.degrees
         left = bounce.speed * bounce.side
         whole, drags = left - bounce.rate, f.variable(f.never(1))
-        with self._velocities(f, j) as (_, place):
+        with f.loop(degrees, 2 * degrees, tested=False) as place:
             part = (f.load(state, place) - f.load(before, place)) / whole
-            for row, lost in ((place, left), (place - degrees, bounce.above)):
-                high, low = f.load(state, row), f.load(state, row + layout.width)
-                taken = part * lost
-                total, error = two_sum(high, -taken)
-                none = f.magnitude(total) <= f.magnitude(taken) * ROUNDING
-                f.store(f.select(none, 0.0, total), state, row)
-                f.store(f.select(none, 0.0, low + error), state, row + layout.width)
+            with f.when(~part.equals(0.0)):
+                for row, lost in ((place, left), (place - degrees, bounce.above)):
+                    high, low = f.load(state, row), f.load(state, row + layout.width)
+                    taken = part * lost
+                    total, error = two_sum(high, -taken)
+                    none = f.magnitude(total) <= f.magnitude(taken) * ROUNDING
+                    f.store(f.select(none, 0.0, total), state, row)
+                    f.store(f.select(none, 0.0, low + error), state, row + layout.width)
         results = self.act(f)
-        with self._velocities(f, j) as (i, place):
-            change = f.magnitude(f.load(results, i) - f.load(state, place))
-            drags.set(drags.get() | (change > known.largest * ROUNDING))
-        return drags.get()
-
-    @contextmanager
-    def _velocities(self, f: Function, j: Integer) -> Iterator[tuple[Integer, Integer]]:
-        """The velocities that the action sets: their numbers among what actions set, and their places."""
-        degrees = self.layout.degrees
         with self.own(f, j) as i:
             place = f.load_integer("@changed_places", i)
-            with f.when((place >= degrees) & (place < 2 * degrees)):
-                yield i, place
+            change = f.magnitude(f.load(results, i) - f.load(state, place))
+            velocity = (place >= degrees) & (place < 2 * degrees)
+            drags.set(drags.get() | (velocity & (change > known.largest * ROUNDING)))
+        return drags.get()
 
     def hold(self, f: Function, j: Integer, side: Real) -> None:
         """Rest at the contact of guard ``j``."""
