@@ -9,6 +9,7 @@ do not allow all velocities that were set, impulses change these, too; coordinat
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,6 +58,11 @@ def least_change(masses: Array, slopes: Array, off: Array, free: Sequence[int]) 
     return found if left <= EXACT * largest_of(off) else None
 
 
+def least_squares(matrix: Array, right: Array) -> Array:
+    """The shortest solution of equations, some of which may depend on others."""
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], np.float64)
+
+
 class Impulses:
     """Moves the state in the memory of ``settling`` to the constraints."""
 
@@ -99,10 +105,9 @@ class Impulses:
             memory = self._memory.copy()
             memory[: 2 * n] = state[: 2 * n]
             if self._pushed(memory, event, sets):
-                found: Array = memory[n : 2 * n] - state[n : 2 * n]
-                return found
+                return np.asarray(memory[n : 2 * n] - state[n : 2 * n])
         free = [row - n for row in range(n, 2 * n) if row not in changed]
-        return self._step(state[None, : self._program.rows], 1, free)[0]
+        return np.asarray(self._step(state[None, : self._program.rows], 1, free)[0])
 
     def _pushed(self, memory: Array, event: int, sets: Sequence[tuple[int, int]]) -> bool:
         """Whether compiled code gives a state its impulses after the action of an ``event``, to the last
@@ -173,8 +178,7 @@ class Impulses:
         right = np.concatenate([np.zeros(degrees), off])
         for some in (free, range(degrees)):
             kept = [*some, *range(degrees, degrees + count)]
-            own = matrix[np.ix_(kept, kept)]
-            solve = lambda left, own=own: np.linalg.lstsq(own, left, rcond=None)[0]  # noqa: E731
+            solve = partial(least_squares, matrix[np.ix_(kept, kept)])
             if program.parts == 1:
                 solution = solve(right[kept])[None, :]
             else:

@@ -29,9 +29,9 @@ def added(numbers: Array, change: Array) -> Array:
     """The sums of ``numbers`` (parts, n) and a ``change`` of each, which has no low part, or also one."""
     high, *low = np.atleast_2d(change)
     total, left = two_sum(numbers[0], high)
-    if len(numbers) == 1:
-        return total[None, :]
-    return np.stack(two_sum(total, sum(low, numbers[1] + left)))
+    parts = [total] if len(numbers) == 1 else two_sum(total, sum(low, numbers[1] + left))
+    found: Array = np.stack(parts)
+    return found
 
 
 def left_of(
