@@ -133,8 +133,9 @@ class Changing:
             return snapshot
         begin = carried_over(snapshot, now.machine.program, series.machine.program)
         begin = replace(begin, samples=0)  # a trial takes none
-        here = begin.memory[outer_rows(series.machine.program)]
-        trial = trial_of(series, parameters, here, times, threads)
+        moving = state[series.machine.program.state.motion]
+        first = np.concatenate([moving, np.zeros(len(series.machine.program.integrals))])
+        trial = trial_of(series, parameters, first, times, threads)
         if trial is None:
             return snapshot
         if now.compilation.method != TAYLOR:
