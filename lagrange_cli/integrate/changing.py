@@ -18,7 +18,6 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import UNOBSERVED, End, MethodChange, Observer, Snapshot
 from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
 from lagrange_cli.integrate.stiffness import CHEAP, PRICE, trial_of
-from lagrange_cli.integrate.workspace import outer_rows
 from lagrange_cli.native.state import CARRIED_COUNT, Clock
 from lagrange_cli.records import dataclass, replace
 
@@ -187,10 +186,22 @@ def labels(program: Interface) -> list[Hashable]:
     return [*moving, *program.integrals]
 
 
+def inner_labels(program: Interface) -> list[Hashable]:
+    """What they are inside: there are also those of guards."""
+    moving = [(kind, i) for kind in ("q", "v") for i in range(program.inner.degrees)]
+    return [*moving, *(("argument", i) for i in range(program.arguments)), *program.integrals]
+
+
 def alike(one: Interface, other: Interface) -> bool:
-    """Whether the states of two programs, without guards, are the same but for stored momenta."""
-    kept = [set(labels(each)[: len(labels(each)) - each.stored]) for each in (one, other)]
-    return kept[0] == kept[1] and not (one.guarded or other.guarded) and one.parts == other.parts == 1
+    """Whether the states of two programs without events are the same but for stored momenta."""
+    kept = [set(inner_labels(each)[: each.inner.rows - each.stored]) for each in (one, other)]
+    guards = [(each.guards, each.limits, each.vectors, each.inner.set) for each in (one, other)]
+    plain = not (one.events or other.events) and one.parts == other.parts == 1
+    return plain and kept[0] == kept[1] and guards[0] == guards[1]
+
+
+KEPT = Clock.TIME, Clock.TIME_LOW, Clock.LAST_PASS, Clock.LENGTH, Clock.PROJECTIONS
+"""What does not depend on the method."""
 
 
 def carried_over(snapshot: Snapshot, now: Interface, then: Interface) -> Snapshot:
@@ -198,10 +209,11 @@ def carried_over(snapshot: Snapshot, now: Interface, then: Interface) -> Snapsho
     if now is then:
         return snapshot
     before, after = now.inner, then.inner
-    known = dict(zip(labels(now), snapshot.memory[outer_rows(now)]))
+    known = dict(zip(inner_labels(now), snapshot.memory[before.part(0)]))
     memory = np.zeros(after.memory)
-    memory[outer_rows(then)] = [known.get(label, 0.0) for label in labels(then)]
-    for place in (Clock.TIME, Clock.TIME_LOW, Clock.PROJECTIONS):
+    memory[after.part(0)] = [known.get(label, 0.0) for label in inner_labels(then)]
+    memory[after.settings] = snapshot.memory[before.settings]
+    for place in KEPT:
         memory[after.at(place)] = snapshot.memory[before.at(place)]
     memory[after.at(Clock.MARK)] = snapshot.t
     return replace(snapshot, memory=memory, marks=())

@@ -144,8 +144,9 @@ class Trial:
 
     def moved(self, found: Sequence[Snapshot]) -> tuple[Array, Array]:
         """Coordinates and velocities (steps, degrees)."""
-        layout = self.method.machine.program.inner
-        q, v = (np.array([one.memory[rows] for one in found]) for rows in (layout.q, layout.v))
+        program = self.method.machine.program
+        rows, own = program.inner, slice(program.degrees)
+        q, v = (np.array([one.memory[part][own] for one in found]) for part in (rows.q, rows.v))
         return q, v
 
     def judged(self, found: Sequence[Snapshot], tolerance: float) -> Stiffness:
@@ -194,15 +195,17 @@ def trial_of(
 ) -> Trial | None:
     """Of a motion that is prepared for Taylor steps; None if it is not one that implicit steps may follow."""
     follower, program = prepared.follower, prepared.machine.program
-    if not isinstance(follower, TaylorMethod) or program.guarded or program.parts > 1:
+    if not isinstance(follower, TaylorMethod) or program.events or program.parts > 1:
         return None
     method, whole = replace(follower, recompilation=None), replace(times, count=1, step=0.0)
     return Trial(method, families_of(prepared.recording.coordinates), parameters, state, whole, threads)
 
 
 def stiffness(prepared: Prepared, values: Values, times: Times, threads: int | None = 1) -> Stiffness | None:
-    """That of a motion which is prepared for Taylor steps; None if it is not stiff."""
+    """That of a motion which is prepared for Taylor steps; None if it is not stiff, or has switches."""
     program = prepared.machine.program
+    if program.guarded:
+        return None
     parameters = np.array([values.parameters[name] for name in program.parameters], np.float64)
     state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
     trial = trial_of(prepared, parameters, state, times, threads)

@@ -59,7 +59,7 @@ def settled(
         return made[method, tolerance]
 
     begun = prepared(asked.method, asked.tolerance)
-    if begun is None or begun.machine.program.guarded or begun.machine.program.parts > 1:
+    if begun is None or begun.machine.program.events or begun.machine.program.parts > 1:
         return motion, prepare if begun is None else keeping(prepare, asked, begun)
     if not asked.as_before:
         found = tried(begun, motion, request, stage)
