@@ -115,7 +115,8 @@ class Changing:
         there, here = outside.machine.program, prepared.machine.program
         samples = observer.samples
         if labels(there) != labels(here):
-            samples = partial(as_if_by, there, here, observer.samples)
+            samples = partial(handed_over, there, here, observer.samples)
+            state = rows_of(here, there, state)
         own = replace(observer, samples=samples, interrupt=interrupt, checkpoints=checkpoints)
         end = prepared.follower.follow(parameters, state, times, own, threads)
         looked = end.ending is Ending.INTERRUPTED and reached and not asked and end.snapshot is not None
@@ -132,8 +133,7 @@ class Changing:
             return snapshot
         begin = carried_over(snapshot, now.machine.program, series.machine.program)
         begin = replace(begin, samples=0)  # a trial takes none
-        moving = state[series.machine.program.state.motion]
-        first = np.concatenate([moving, np.zeros(len(series.machine.program.integrals))])
+        first = rows_of(series.machine.program, self.prepared(()).machine.program, state)
         trial = trial_of(series, parameters, first, times, threads)
         if trial is None:
             return snapshot
@@ -219,10 +219,14 @@ def carried_over(snapshot: Snapshot, now: Interface, then: Interface) -> Snapsho
     return replace(snapshot, memory=memory, marks=())
 
 
-def as_if_by(
+def rows_of(wanted: Interface, given: Interface, states: Array) -> Array:
+    """States (rows, ...) of one program with the rows of another one."""
+    rows, nothing = dict(zip(labels(given), states)), np.zeros(states.shape[1:])
+    return np.array([rows.get(label, nothing) for label in labels(wanted)])
+
+
+def handed_over(
     there: Interface, here: Interface, accept: Callable[[Array, Array], None], times: Array, states: Array
 ) -> None:
     """Hand over samples with the rows that they have ``there``."""
-    rows = dict(zip(labels(here), states))
-    nothing = np.zeros(states.shape[1])
-    accept(times, np.array([rows.get(label, nothing) for label in labels(there)]))
+    accept(times, rows_of(there, here, states))
