@@ -40,7 +40,8 @@ Asked = tuple[str, float]
 @dataclass(frozen=True)
 class Changing:
     """Follows a motion by the ``first`` method, and by others from where they are faster. ``prepare`` gives
-    what a method is prepared with, None where it cannot be used; Taylor series have the tolerance ``asked``."""
+    what a method is prepared with, None where it cannot be used; Taylor series have the tolerance that is
+    ``asked`` for."""
 
     first: Asked
     asked: float

@@ -44,8 +44,8 @@ MOST, PART, GROWTH = 2048, 8, 1.2
 ``Radau`` would grow by the factor while its length doubles."""
 DIFFERENCES = 4
 DEAR, CHEAP, MATRICES = 16.0, 2.0, 32.0
-"""Taylor steps that take longer than one of ``Radau``, those that do not, and how many numbers of its matrices
-for each coordinate take as long as a Taylor step (docs/engine.md)."""
+"""Taylor steps that take longer than one of ``Radau``, those that do not, and how many numbers of its
+matrices for each coordinate take as long as a Taylor step (docs/engine.md)."""
 DIGITS = 100.0
 """The coordinates of a family are so many times as large as the absolute tolerance."""
 

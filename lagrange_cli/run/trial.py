@@ -3,7 +3,7 @@
 Only damping makes it so: where energy is conserved, implicit steps would damp what they do not resolve. At
 full precision steps of order 5 are too short anyway, so that runs without ``--tolerance`` are not tried. A
 trial takes one Taylor step, or, where thousands would follow, some more of them; its result depends on
-nothing but the motion (``integrate.stiffness``).
+nothing but the motion (``integrate.stiffness``). On the way there are further ones (``integrate.changing``).
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class Settings:
     """Whether the method is what ``--method auto`` means for any motion of the system, so that a trial may
     find another one (``run.trial``)."""
     as_before: float | None = None
-    """The tolerance that is asked for, if the run extends another one, whose method and tolerance these are."""
+    """The tolerance that is asked for, if the run extends another one, whose method and tolerance it has."""
 
     @property
     def wanted(self) -> float:
