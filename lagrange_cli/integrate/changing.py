@@ -1,8 +1,9 @@
 """A motion that changes between Taylor series and implicit steps, where it becomes stiff or is so no more.
 
 It is looked at after certain numbers of steps. There it stops, and a few Taylor steps are tried from its
-state (``integrate.stiffness``). What they tell depends on that state alone: neither on the time that anything
-took, nor on where a run was interrupted. So the same command always changes at the same steps.
+state (``integrate.stiffness``). What they tell depends on that state and the stop time alone: neither on the
+seconds that anything took, nor on where a run was interrupted. So the same command always changes at the same
+steps.
 """
 
 from __future__ import annotations
@@ -139,7 +140,9 @@ class Changing:
         if trial is None:
             return snapshot
         if now.compilation.method != TAYLOR:
-            replaces = trial.replaced(begin, now.compilation.tolerance)
+            since = snapshot.changes[-1].t if snapshot.changes else times.start
+            length = (snapshot.t - since) / (snapshot.steps - steps_before(snapshot.changes))
+            replaces = trial.replaced(begin, now.compilation.tolerance, length)
             return noted(snapshot, now, series, replaces) if replaces <= CHEAP else snapshot
         known = STIFF in (self.first[0], *(one.method for one in snapshot.changes))
         found = trial.later(begin, self.asked, known=known)

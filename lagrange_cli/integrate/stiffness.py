@@ -132,15 +132,17 @@ class Trial:
             return None
         return replace(judged, replaces=min(judged.replaces, self.left(found)))
 
-    def replaced(self, begin: Snapshot, tolerance: float) -> float:
+    def replaced(self, begin: Snapshot, tolerance: float, length: float) -> float:
         """How many Taylor steps a step of ``Radau`` at its ``tolerance`` replaces, from a time on that it has
-        reached. What has decayed appears again as Taylor steps begin, and has to decay."""
+        reached with steps of such a ``length``: no more than these do. What has decayed appears again as
+        Taylor steps begin, and has to decay."""
         found = self.seen(begin, begin.steps + FIRST)
         if len(found) <= SEEN // APART:
             return math.inf
         q, v = self.moved(found)
         sizes = np.concatenate([np.abs(one).max(axis=0) for one in (q, v)])
-        return replaced_by(found, np.hstack([q, v]), tolerance * (1 + sizes))
+        possible = replaced_by(found, np.hstack([q, v]), tolerance * (1 + sizes))
+        return min(possible, SEEN * length / (found[-1].t - found[-1 - SEEN // APART].t))
 
     def moved(self, found: Sequence[Snapshot]) -> tuple[Array, Array]:
         """Coordinates and velocities (steps, degrees)."""

@@ -1,8 +1,8 @@
-"""Derivatives of numbers that are linear in velocities, most of which depend on a few of these only.
+"""Derivatives of numbers that are linear in velocities, where most depend on a few of these only.
 
-Which ones those are is found once, by changing one velocity after the other. From then on all velocities of which
-no number has two are changed at once. A last change of all of them shows whether numbers depend on more than is
-known, as where a coefficient was 0 before.
+Which ones those are is found once, by changing one velocity after the other. From then on all velocities of
+which no number has two are changed at once. A last change of all of them shows whether numbers depend on more
+than is known, as where a coefficient was 0 before.
 """
 
 from __future__ import annotations

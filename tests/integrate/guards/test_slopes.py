@@ -83,8 +83,8 @@ def test_groups_share_no_row() -> None:
 
 
 def test_balls_that_begin_to_roll_take_few_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Friction F changes the slip of a ball with the moment of inertia 2/5 m R^2 at the rate 7/2 F/m, until it
-    rolls; the slip keeps its direction."""
+    """Friction F changes the slip of a ball with the moment of inertia 2/5 m R^2 at the rate 7/2 F/m, until
+    it rolls; the slip keeps its direction."""
     count, rates = 0, Accelerated.rates
 
     def counted(self, machine):
