@@ -7,15 +7,18 @@ number; how they depend on others is found by iteration.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.integrate.guards.collocation import STAGES
+from lagrange_cli.integrate.guards.slopes import connected, grouped
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
 
 
@@ -72,26 +75,39 @@ class Newton:
                 for one, slope in zip(self.pivots, slopes):
                     if p < len(one):
                         slope[i, :, p] = change[list(one)] / (2.0 * nudge[one[p]])
-        found: Array = off.copy()
         if not all(np.all(np.isfinite(slope)) for slope in slopes):
             return np.full(off.shape, np.nan)
-        for one, slope in zip(self.pivots, slopes):
-            count = STAGES * len(one)
-            coupled = np.einsum("im,irp->irmp", self.once, slope).reshape(count, count)
-            own = np.linalg.solve(np.eye(count) - coupled, off[:, list(one)].ravel())
-            found[:, list(one)] = own.reshape(STAGES, len(one))
-        return found
+        return self._solved(off, zip(self.pivots, slopes))
 
     def whole(self, off: Array) -> Array:
-        """The same where vectors are not apart: by Newton's method in all velocities."""
+        """The same where vectors are not apart: by Newton's method in all velocities. At the last node these
+        are changed one by one; what that shows to depend on different ones is found together at others."""
         own = off.shape[1]
-        matrix = np.eye(STAGES * own)
-        for i, stage in enumerate(self.stages):
-            for k in range(own):
-                nudge = np.min(stage.nudges) * np.eye(own)[k]
-                slope = self._slope(stage, nudge) / (2.0 * nudge[k])
-                for m in range(own):
-                    matrix[i * own + m, k::own] -= self.once[i] * slope[m]
-        if not np.all(np.isfinite(matrix)):
+        slopes, groups = np.zeros((STAGES, own, own)), [np.array([k]) for k in range(own)]
+        depends = np.ones((own, own), bool)
+        for i in reversed(range(STAGES)):
+            stage = self.stages[i]
+            for group in groups:
+                nudge = np.zeros(own)
+                nudge[group] = np.min(stage.nudges)
+                slope = self._slope(stage, nudge) / (2.0 * nudge[group[0]])
+                slopes[i][:, group] = np.where(depends[:, group], slope[:, None], 0.0)
+            if i == STAGES - 1:
+                depends = slopes[i] != 0.0
+                groups = grouped(depends)
+        if not np.all(np.isfinite(slopes)):
             return np.full(off.shape, np.nan)
-        return np.array(np.linalg.solve(matrix, off.ravel())).reshape(off.shape)
+        parts = connected(depends)
+        return self._solved(off, ((one, slopes[:, one[:, None], one]) for one in parts))
+
+    def _solved(self, off: Array, parts: Iterable[tuple[Sequence[int] | NDArray[np.intp], Array]]) -> Array:
+        """The changes of accelerations that are ``off`` by so much. Each of some parts of them depends on its
+        own velocities, with such slopes (nodes, part, part), others on none."""
+        found: Array = off.copy()
+        for part, slopes in parts:
+            own = list(part)
+            count = STAGES * len(own)
+            coupled = np.einsum("im,irp->irmp", self.once, slopes).reshape(count, count)
+            change = np.linalg.solve(np.eye(count) - coupled, off[:, own].ravel())
+            found[:, own] = change.reshape(STAGES, len(own))
+        return found

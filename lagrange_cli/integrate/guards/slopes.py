@@ -71,6 +71,19 @@ def grouped(depends: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     return [np.array(one, np.intp) for one in groups]
 
 
+def connected(depends: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """The parts that what depends on itself falls into, by a square table; without what depends on
+    nothing."""
+    either = depends | depends.T
+    labels = np.arange(len(either))
+    while True:
+        lowest = np.min(np.where(either, labels, labels[:, None]), axis=1)
+        if np.array_equal(lowest, labels):
+            break
+        labels = lowest
+    return [np.flatnonzero(labels == one) for one in np.unique(labels[either.any(axis=1)])]
+
+
 def inverse_of(matrix: Array) -> Array:
     """The pseudoinverse of a matrix."""
     found: Array = np.linalg.pinv(matrix).astype(np.float64)
