@@ -234,6 +234,8 @@ class Onset(Leading):
             self.memory[:] = origin
             return self._rates_at(t, places, speeds)
 
+        newton = Newton(pivots, length * once, rates)
+        step = newton.apart if self._apart else newton.whole
         guesses = [self._guess(t, held, sliding) for t in times]
         found = np.array([one for one, _ in guesses])
         for _ in range(ROUNDS):
@@ -248,8 +250,7 @@ class Onset(Leading):
                 stages.append(Stage(*one, nudges))
             if not np.all(np.isfinite(accelerations)):
                 return None
-            newton = Newton(stages, pivots, length * once, rates)
-            change = (newton.apart if self._apart else newton.whole)(accelerations - found)
+            change = step(stages, accelerations - found)
             if not np.all(np.isfinite(change)):
                 return None
             found = found + change

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lagrange_cli
-from lagrange_cli.integrate.guards.slopes import LinearSlopes, grouped
+from lagrange_cli.integrate.guards.slopes import LinearSlopes, connected, grouped
 from lagrange_cli.integrate.workspace import Accelerated
 
 BALLS = """
@@ -98,3 +98,47 @@ def test_balls_that_begin_to_roll_take_few_evaluations(monkeypatch: pytest.Monke
     v = motion.v
     slip = np.hypot(v["x"] - 0.1 * v["b"], v["y"] + 0.1 * v["a"])
     assert np.max(np.abs(slip - np.fmax(slip[0] - 3.5 * 0.6 * motion.t[:, None], 0.0))) < 1e-12
+
+
+PUSHED = """
+name: pushed
+sizes: {N: 3}
+parameters: {F: 0.6, R: 0.1, u: 0.5}
+definitions: {"f[i in range(N)]": sqrt((1 + i)**2 + 4)}
+coordinates:
+  "x[i in range(N)]": {initial: 0, velocity: "u*(1 + i)/f[i]"}
+  "y[i in range(N)]": {initial: 0, velocity: "2*u/f[i]"}
+  "a[i in range(N)]": {initial: 0}
+  "b[i in range(N)]": {initial: 0}
+lagrangian: sum((x_dot[i]**2 + y_dot[i]**2)/2 + 0.4*R**2*(a_dot[i]**2 + b_dot[i]**2)/2
+  + t*(1 + i)*x[i] + 2*t*y[i] for i in range(N))
+dissipation: sum(F*norm((x_dot[i] - R*b_dot[i], y_dot[i] + R*a_dot[i])) for i in range(N))
+solve: {stop: 3, samples: 61}
+"""
+
+
+def test_balls_that_roll_and_slide_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball slides along a line with the slip u, until it rolls: 2/7 of a push f t must then be less than
+    the friction F. It slides again where that is no longer so."""
+    computed, rates = [], Accelerated.rates
+    monkeypatch.setattr(Accelerated, "rates", lambda *one: (computed.append(1), rates(*one))[1])
+    motion = lagrange_cli.solve(PUSHED, method="taylor")
+    assert len(computed) < 900  # one by one 1271
+    t = motion.t
+    for i in range(3):
+        f, F, u = np.hypot(1.0 + i, 2.0), 0.6, 0.5
+        again = 3.5 * F / f
+        rolls = again - np.sqrt(again**2 - 2 * u / f)
+        ends = np.fmin(t, rolls), np.clip(t, rolls, again), np.fmax(t, again)
+        sliding = u + f * ends[0] ** 2 / 2 - F * ends[0]
+        rolling = 5 / 7 * f * (ends[1] ** 2 - rolls**2) / 2
+        speed = sliding + rolling + f * (ends[2] ** 2 - again**2) / 2 - F * (ends[2] - again)
+        for name, part in (("x", 1.0 + i), ("y", 2.0)):
+            assert np.max(np.abs(motion.v[name][:, i] - speed * part / f)) < 1e-12
+
+
+def test_what_depends_on_itself_falls_into_parts() -> None:
+    depends = np.zeros((7, 7), bool)
+    for row, column in ((0, 3), (3, 5), (1, 1), (6, 2)):
+        depends[row, column] = True
+    assert [one.tolist() for one in connected(depends)] == [[0, 3, 5], [1], [2, 6]]
