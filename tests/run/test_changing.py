@@ -164,7 +164,7 @@ def test_a_ball_comes_to_rest_on_a_hard_floor(cheap: None) -> None:
     assert motion.q["y"][0] == 20 and motion.q["y"][1] == pytest.approx(20 - 9.81 * 2, abs=1e-9)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "text", [STICKING, ORBIT, FLOOR.replace("1e6", "1e3").replace("1e5", "10"), RING, CHAIN]
 )
@@ -197,7 +197,7 @@ class Nervous(Interrupts):
         return type(self).patience <= 0
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("text", [DRIVEN, BETWEEN.replace("4000", "800"), RING, FLOOR])
 @pytest.mark.parametrize("patience", [2, 5])
 def test_interrupted_runs_change_at_the_same_steps(
