@@ -96,8 +96,11 @@ class Sides:
         """The other events whose arguments have just passed 0, but which have not acted: they did so last at
         these ``times``."""
         now, rates = self._at_zero_now()
-        acted = np.abs(self.now - times) <= SAME * max(abs(self.now), self.settling.length())
-        return _others(event, now & (rates * self.modes > 0.0) & (self.marks > 0.0) & ~acted)
+        return _others(event, now & (rates * self.modes > 0.0) & (self.marks > 0.0) & ~self.at_once(times))
+
+    def at_once(self, times: Array) -> Any:
+        """Which times are not told from now."""
+        return np.abs(self.now - times) <= SAME * max(abs(self.now), self.settling.length())
 
     def _at_zero_now(self) -> tuple[NDArray[np.bool_], Array]:
         """Which arguments of events are 0, as far as times can be told; and their rates."""
