@@ -54,8 +54,6 @@ class Happenings:
         self._sink, self._resting = sink, Resting(sides, start, trial)
         self._standstill = Standstill(sides, self._resting)
         self._count, self._most = sink.before, limit("events")
-        self._chosen = np.full(len(sides.program.events), np.nan)
-        """When the side of each event was chosen last, not by crossing 0."""
         self._jumping = jumping
         motion = 2 * self._program.degrees
         self._matter = sink.states or any(place >= motion for _, place in self._program.changed)
@@ -71,7 +69,7 @@ class Happenings:
         rows = sides.all_coefficients()
         for e, (size, rate) in enumerate(sizes):
             direction, values = self._guards[e + sides.first].direction, rows[e]
-            leads = self._choose_side(e, values, ROUNDING * size, rate)
+            leads = sides.choose_side(e, values, ROUNDING * size, rate)
             still = sides.at_zero(e) and abs(values[1]) <= ROUNDING * rate
             if not leads and direction:  # as for bodies that touch, and move together
                 sides.settling.modes[e + sides.first] = -float(direction)
@@ -117,17 +115,18 @@ class Happenings:
 
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
-        length = float(self._sides.settling.last_step[0])
-        chosen = np.flatnonzero(self._sides.at_once(self._chosen) & (self._sides.marks > 0.0))
-        numbers = *sorted(self._resting.released), *(-1 - chosen).tolist()
-        return (*self._resting.at_once.state(), length, *map(float, numbers))
+        sides = self._sides
+        chosen = np.flatnonzero(sides.at_once(sides.chosen) & (sides.marks > 0.0))
+        numbers = float(sides.settling.last_step[0]), *sorted(self._resting.released), *(-1 - chosen)
+        return (*self._resting.at_once.state(), *map(float, numbers))
 
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
-        self._sides.settling.last_step[0], *numbers = self._resting.at_once.restore(state)
+        sides = self._sides
+        sides.settling.last_step[0], *numbers = self._resting.at_once.restore(state)
         self._resting.released = {int(one) for one in numbers if one >= 0}
-        self._chosen[:] = np.nan
-        self._chosen[[-1 - int(one) for one in numbers if one < 0]] = self._sides.now
+        chosen = np.isin(-1 - np.arange(len(sides.chosen)), numbers)
+        sides.chosen[:] = np.where(chosen, sides.now, np.nan)
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""
@@ -192,8 +191,8 @@ class Happenings:
             held, goes_on = self._resting.held(), self._resting.touch(event)
             self._choose_switches(held)
             return self._recurs(event, sides.now) if goes_on else self._finished(Ending.RECURRING, event)
-        back = sides.at_zero(event) and not self._driven_back(event)  # the motion turns where it has come from
-        if back and not self._crosses_back(event):
+        turns = sides.at_zero(event) and not self._driven_back(event)  # to where the motion has come from
+        if turns and not self._crosses_back(event):
             sides.flip(event)
             if event not in self._resting.released:
                 self._sink.grazed(event, sides.now)
@@ -246,17 +245,12 @@ class Happenings:
     def _finished(self, ending: Ending, event: int) -> Finished:
         return Finished(ending, f"event {self._names[event]!r}")
 
-    def _choose_side(self, event: int, values: Array, noise: float, rate: float) -> bool:
-        """See ``Sides.choose_side``."""
-        self._chosen[event] = self._sides.now
-        return self._sides.choose_side(event, values, noise, rate)
-
     def _crosses_back(self, event: int) -> bool:
-        """Whether a crossing that is recorded, and turns back at once, is followed by another one: rounding has
-        led its argument beyond 0, and there are as many crossings to each side. (A side that was chosen at 0 is
-        no crossing.)"""
-        sides, role = self._sides, self._guards[event + self._sides.first].role
-        return role is Role.RECORD and not sides.at_once(self._chosen[event])
+        """Whether another crossing is recorded where the motion turns back at 0: rounding has led the
+        argument beyond 0 there, and it comes back. (None has led it to a side that was chosen at 0.)"""
+        sides = self._sides
+        recorded = self._guards[event + sides.first].role is Role.RECORD
+        return recorded and not sides.at_once(sides.chosen[event])
 
     def _driven_back(self, event: int) -> bool:
         """Whether another action takes the motion back to an event that acts, with a speed."""
@@ -316,7 +310,7 @@ class Happenings:
             near = 2.0 * abs(at_zero.get(e, rows[e, 0])) if e == event or e in at_zero else 0.0
             if e == event and self._program.constraints:  # which have moved it by rounding errors
                 near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
-            self._choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))
+            sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))
         if self._standstill.possible:
             self._standstill.hold()
         ended = self._recurs(event, now)

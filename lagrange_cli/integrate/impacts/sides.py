@@ -56,6 +56,8 @@ class Sides:
         """The marks of all events."""
         self.directions = np.array([one[0] for one in program.events])
         """Those in which their arguments' signs must change; 0 for any."""
+        self.chosen = np.full(len(program.events), np.nan)
+        """When the side of each event was chosen last: not by crossing 0."""
         self._known = Latest["Array"](KNOWN)
         self._present = Latest[dict[str, Any]](KNOWN)
         self.sets: dict[int, list[tuple[int, int]]] = {}
@@ -295,7 +297,7 @@ class Sides:
         """The side of an event at the state as it is. Its argument's coefficients are ``values``, and up to
         ``noise`` it is 0; its rate's terms are as large as ``rate``. Returns whether it does not stay 0."""
         settling, j = self.settling, event + self.first
-        settling.marks[j] = 0.0
+        settling.marks[j], self.chosen[event] = 0.0, self.now
         leads: float | None = float(values[0])
         if not abs(values[0]) > noise:
             settling.mark([j])

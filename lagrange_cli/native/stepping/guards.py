@@ -18,9 +18,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
-from lagrange_cli.native.stepping.actions import NOTE
+from lagrange_cli.native.stepping.actions import NOTE, NOTHING
 from lagrange_cli.native.stepping.at_once import LEAVES, UNCLEAR
-from lagrange_cli.native.stepping.event_sides import JUMP
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.passing import NEVER, kind_of, passing_tables
@@ -30,6 +29,8 @@ from lagrange_cli.records import dataclass
 
 AWAY, CHANGED, NOTED = range(3)
 """The results of ``@flip``: the caller of ``@advance`` decides; other equations hold; the same ones do."""
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
@@ -151,6 +152,11 @@ class GuardCode(GuardSearch):
                 changing.leave()
             leaving = (Role.HOLD, Role.REST, *self._breaks, *self._edges)
             with f.when(reduce(or_, [role.equals(one) for one in leaving])):
+                f.give(f.count(AWAY))
+            jumped = self._has_jumped(f, j, before)  # or is rounding: the caller knows how large terms are
+            if self.rows.bounces:
+                jumped = jumped & f.load_integer("@bounces", j).equals(NOTHING)
+            with f.when(jumped):
                 f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
                 changing.leave()
