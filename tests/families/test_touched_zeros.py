@@ -13,7 +13,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import OUTPUTS, followed, keep_families, ready
-from tests.motions.test_touched_zeros import FLAT, OTHER, TOUCHED, apart, zeros
+from tests.motions.test_touched_zeros import FLAT, OTHER, TOUCHED, apart, parities, zeros
 
 STOP = 6.0
 OSCILLATORS = """
@@ -67,5 +67,4 @@ def test_where_rounding_crosses_0_it_comes_back(
     when: str, method: str, source: random.Random, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for a, _, times in crossings(source, FLAT[when], method, monkeypatch):
-        beside = [np.count_nonzero(np.abs(np.array(times) - t) < 1e-3) for t in zeros(a)]
-        assert sum(beside) == len(times) and all(count % 2 == 0 for count in beside), (a, times)
+        assert parities(np.array(times), a) == [0, 0], (a, times)

@@ -214,7 +214,7 @@ class Happenings {
   // Whether its argument is beyond 0 because it jumps, as over the cut of atan2.
   hasJumped(e) {
     const [value, rate, bend] = this.seriesOf(e), side = this.side(e), length = this.settling.clock(Clock.STEP);
-    if (this.atZero(e) || !(value * side < 0)) return false;
+    if (!this.rows.guards[e + this.first].jumps || this.atZero(e) || !(value * side < 0)) return false;
     const [size, speed] = this.actOn(this.state(this.memory)).sizes[e];
     const changes = JUMP * length * (Math.abs(rate) + length * Math.abs(bend));
     const time = this.settling.now - this.start, moved = time * (speed + time * this.settling.scale()[1]);
