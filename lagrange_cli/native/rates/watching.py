@@ -187,7 +187,7 @@ class Watching:
             f.give(f.select(now, f.constant(0.0), root), which, known)
         end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
         lost = f.variable(f.count(0))
-        with f.section() as found, f.loop(0, TIMES, tested=False):
+        with f.section() as found, f.loop(0, TIMES, tested=False) as i:
             x = end.get()
             with f.when(~(steps.retried(f, x) > 0.0)):
                 f.give(none, which, x)  # @advance goes back from where rates are not finite
@@ -201,7 +201,7 @@ class Watching:
                 end.set(root)
             with f.otherwise():
                 lost.set(lost.get() + 1)
-                with f.when((x >= h) | (lost.get() >= LOST)):
+                with f.when((x >= h) | (lost.get() >= LOST) | i.equals(TIMES - 1)):
                     steps.retried(f, h)
                     root, which, known = guards.first(f, h, unit)
                     f.give(f.select(self._crosses(f, which, h), root, none), which, known)
