@@ -53,6 +53,8 @@ on."""
 SAMPLE, AFTER = Clock.LEAVING, -1.0
 """Where it has the number of samples before it; and the number of the record that follows, of the state after
 a simple action."""
+ENDS, ENDLESS = NOTES[1:3]
+"""Where that has when infinitely many impacts end, and whether they do."""
 DONE, LEFT = 1, 0
 """The results of functions that do what an event does: it is done, or left to the caller."""
 BESIDE = 3

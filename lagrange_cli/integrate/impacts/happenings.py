@@ -14,15 +14,13 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.ending import Ending, Finished
-from lagrange_cli.integrate.events import Change, Crossings, parameters_in
+from lagrange_cli.integrate.events import Change
 from lagrange_cli.integrate.guards.modes import ROUNDING
-from lagrange_cli.integrate.impacts.doubts import ULP, doubts
+from lagrange_cli.integrate.impacts.reports import Reports
 from lagrange_cli.integrate.impacts.resting import Impact, Resting
 from lagrange_cli.integrate.impacts.sides import Sides
 from lagrange_cli.integrate.impacts.standstill import Moving, Standstill
-from lagrange_cli.limits import limit
-from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, Role
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.guards import NOTES, Role
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,16 +46,11 @@ class Happenings:
         sink: EventSink,
         jumping: Judge,
     ) -> None:
-        self._sides, self._trial, self._info, self._start = sides, trial, info, start
-        self._program, self._layout, self._guards = sides.program, sides.layout, sides.guards.guards
-        self._names = sink.names or tuple(map(str, range(len(sides.program.events))))
-        self._sink, self._resting = sink, Resting(sides, start, trial)
+        self._sides, self._sink, self._jumping = sides, sink, jumping
+        self._program, self._guards = sides.program, sides.guards.guards
+        self._resting = Resting(sides, start, trial)
         self._standstill = Standstill(sides, self._resting)
-        self._count, self._most = sink.before, limit("events")
-        self._jumping = jumping
-        motion = 2 * self._program.degrees
-        self._matter = sink.states or any(place >= motion for _, place in self._program.changed)
-        """Whether what compiled code does matters to the sink."""
+        self._reports = Reports(sides, trial, info, sink, self._resting, self._standstill)
 
     def begin(self) -> Finished | None:
         """Choose the sides where the motion begins: a zero there is no event, unless an action turns the
@@ -78,7 +71,7 @@ class Happenings:
                     self._resting.hold(e, -float(direction))
                     rows = sides.all_coefficients()
                 elif sides.changes_nothing(e, new):  # an elastic impact without any speed
-                    return self._finished(Ending.IDLE, e)
+                    return self._reports.finished(Ending.IDLE, e)
             elif sides.at_zero(e) and direction and sides.side(e) == direction and sides.turns(e, new):
                 sides.settling.modes[e + sides.first] = -float(direction)
         self._resting.together()
@@ -90,7 +83,7 @@ class Happenings:
     @property
     def left(self) -> int:
         """How many events, each of which ends a step, it takes for them to be too many."""
-        return max(1, int(self._most) - self._count + 1)
+        return self._reports.left
 
     def moving(self) -> Moving | None:
         """How the motion is before switches are looked at."""
@@ -130,42 +123,7 @@ class Happenings:
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""
-        count, size, first = int(self._info[RECORDED]), self._layout.memory, self._program.records
-        if not count:
-            return None
-        self._info[RECORDED] = 0
-        records = self._trial[first : first + count * size].reshape(count, size)
-        numbers = records[:, self._layout.at(NOTES[0])]
-        crossed, start = numbers != AFTER, 0
-        for k in np.flatnonzero(~crossed).tolist() if self._matter else ():
-            before, after = records[k - 1], records[k]
-            if self._sink.in_turn:
-                ended = self._hand_over(records[start:k][crossed[start:k]])
-                if ended is not None:
-                    return ended
-                start = k
-            passed = sample + int(before[self._layout.at(SAMPLE)])
-            states = self._sides.state(before), self._sides.state(after)
-            parameters = parameters_in(self._program, before), parameters_in(self._program, after)
-            self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
-        return self._hand_over(records[start:][crossed[start:]])
-
-    def _hand_over(self, records: Array) -> Finished | None:
-        """Hand over crossings that compiled code has recorded."""
-        guards = records[:, self._layout.at(NOTES[0])]
-        events = (guards - self._sides.first).astype(np.int64)
-        if self._standstill.released:
-            pairs = zip(events, records[:, self._layout.time])
-            crossed = np.array([not self._standstill.leaving(int(e), float(t)) for e, t in pairs], dtype=bool)
-            records, events = records[crossed], events[crossed]
-        if not len(events):
-            return None
-        self._resting.released.difference_update(events.tolist())
-        for event, time in zip(events.tolist(), records[:, self._layout.time].tolist()):
-            if event in self._sides.sets and event not in self._resting.impacts:
-                self._resting.times[event] = time, 0.0
-        rates = [records[:, self._layout.at(one)] for one in NOTES[1:]]
-        return self._crossed(records, events, np.array(rates))
+        return self._reports.drain(sample)
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Handle the guard that has changed its sign, before the sample of that number."""
@@ -190,7 +148,9 @@ class Happenings:
         if self._resting.touches(event):
             held, goes_on = self._resting.held(), self._resting.touch(event)
             self._choose_switches(held)
-            return self._recurs(event, sides.now) if goes_on else self._finished(Ending.RECURRING, event)
+            return (
+                self._recurs(event, sides.now) if goes_on else self._reports.finished(Ending.RECURRING, event)
+            )
         turns = sides.at_zero(event) and not self._driven_back(event)  # to where the motion has come from
         if turns and not self._crosses_back(event):
             sides.flip(event)
@@ -233,17 +193,14 @@ class Happenings:
         sides, role = self._sides, self._guards[event + self._sides.first].role
         again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
         rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
-        ended = self._crossed(sides.memory[None, :], np.array([event]), rates[:, None])
+        ended = self._reports.crossed(sides.memory[None, :], np.array([event]), rates[:, None])
         self._resting.released.discard(event)
         if ended is not None or role is Role.RECORD:
             sides.flip(event)
             return ended
         if event not in sides.sets:
-            return self._finished(Ending.STOPPED, event)
+            return self._reports.finished(Ending.STOPPED, event)
         return self._act(event, sample, at_zero)
-
-    def _finished(self, ending: Ending, event: int) -> Finished:
-        return Finished(ending, f"event {self._names[event]!r}")
 
     def _crosses_back(self, event: int) -> bool:
         """Whether another crossing is recorded where the motion turns back at 0: rounding has led the
@@ -260,24 +217,6 @@ class Happenings:
         rate = sides.act_now()[1][event, 1]
         return bool(sides.coefficients(event)[1] * sides.side(event) < -ROUNDING * rate)
 
-    def _crossed(self, memories: Array, events: NDArray[np.int64], rates: Array) -> Finished | None:
-        """Hand over that events happened, with the state's memory then (k, memory). The first coefficients of
-        their arguments' series were 0 and ``rates`` (3, k)."""
-        layout, program, sides = self._layout, self._program, self._sides
-        t, low = (memories[:, layout.at(one)].copy() for one in (Clock.TIME, Clock.TIME_LOW))
-        lengths = memories[:, layout.at(Clock.LENGTH)]
-        states = memories.take(sides.places, axis=1)
-        reached = np.max(np.abs(states[:, : program.rows]), axis=1)
-        grazing, errors = doubts(
-            rates, lengths, t, reached, ULP[program.parts],
-            lambda k: float(sides.act_on(states[k])[1][events[k], 0]),
-        )  # fmt: skip
-        self._sink.crossed(Crossings(events, t, low, states, grazing, errors))
-        self._count += len(events)
-        if self._count > self._most:
-            return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))
-        return None
-
     def _act(self, event: int, sample: int, at_zero: Mapping[int, float]) -> Finished | None:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
@@ -288,7 +227,7 @@ class Happenings:
         switches = sides.switches()
         memory = sides.memory.copy()
         if not sides.put(event, values):
-            return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
+            return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._reports.names[event]!r}")
         refused = self._refused(event, parameters)
         if refused is not None:
             sides.memory[:] = memory
@@ -321,7 +260,7 @@ class Happenings:
                 if self._resting.at_once.first(event, ends):
                     self._sink.accumulated(event, ends)
                 if self._drags(event, before):
-                    ended = self._finished(Ending.DRAGGED, event)
+                    ended = self._reports.finished(Ending.DRAGGED, event)
         self._resting.together()
         self._choose_switches(held)
         self._resting.note(event)
@@ -337,7 +276,7 @@ class Happenings:
 
     def _refused(self, event: int, parameters: Array) -> Finished | None:
         """Why the motion cannot go on from where an action has put it, which had these ``parameters``."""
-        name, now = f"event {self._names[event]!r}", self._sides.parameters()
+        name, now = f"event {self._reports.names[event]!r}", self._sides.parameters()
         if not self._sides.close(event):
             return Finished(Ending.OFF_CONSTRAINTS, name)
         lost = self._sides.without_mass()
@@ -358,4 +297,4 @@ class Happenings:
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether infinitely many actions happen at one time."""
-        return self._finished(Ending.RECURRING, event) if self._resting.recurs() else None
+        return self._reports.finished(Ending.RECURRING, event) if self._resting.recurs() else None

@@ -13,6 +13,7 @@ from lagrange_cli.native.families.tables import before
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
+from lagrange_cli.native.stepping.related import one_by_one
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.whole import WrittenFamily
 
@@ -27,22 +28,22 @@ PART = 0.125
 def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) -> None:
     """The body of the function: floors are at the rows of the velocities; ``inverses`` are those of
     ``masses``."""
-    degrees, first = len(spec.coordinates), 0
-    for count, related in runs(spec):
-        speed, momentum = f.variable(f.zero(LANES)), f.variable(f.zero(LANES))
-        last = first + count
-        if related:
-            with f.loop(first, last, LANES, tested=False) as i:
-                v = f.magnitude(f.load_row("%state", i + degrees, LANES))
-                p = v * f.magnitude(f.load_row(masses, i, LANES))
-                inside = before(f, i, last)
-                for most, value in ((speed, v), (momentum, p)):
-                    most.set(f.larger(most.get(), f.select(inside, value, f.zero(LANES))))
+    degrees, zero, families = len(spec.coordinates), f.zero(LANES), related(spec)
+    if sum(count for _, count in families) < degrees:
+        with f.loop(0, degrees, LANES, tested=False) as i:
+            f.store_row(zero, "%floors", i + degrees)
+    for first, count in one_by_one(f, families):
+        speed, momentum, last = f.variable(zero), f.variable(zero), first + count
+        with f.loop(first, last, LANES, tested=False) as i:
+            v = f.magnitude(f.load_row("%state", i + degrees, LANES))
+            p = v * f.magnitude(f.load_row(masses, i, LANES))
+            inside = before(f, i, last)
+            for most, value in ((speed, v), (momentum, p)):
+                most.set(f.larger(most.get(), f.select(inside, value, zero)))
         v, p = (f.splat(f.reduce("fmax", one.get()) * PART, LANES) for one in (speed, momentum))
         with f.loop(first, last, LANES, tested=False) as i:
             least = f.smaller(v, p * f.magnitude(f.load_row(inverses, i, LANES)))
-            f.store_row(least, "%floors", i + degrees)
-        first = last
+            f.store_row(f.select(before(f, i, last), least, zero), "%floors", i + degrees)
     f.give()
 
 

@@ -12,6 +12,7 @@ of the rates are carried, in units of the step.
 from __future__ import annotations
 
 import math
+from functools import partial
 from math import comb
 
 from lagrange_cli.native.llvm.function import Function
@@ -150,20 +151,26 @@ class GaussRadauSteps(GaussRadauLengths):
 
     def finish(self, f: Function, h: Real) -> None:
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""
-        at, lanes, scales = self._places, self.lengths.lanes, powers(h, TERMS)
+        lanes, degrees = self.lengths.lanes, self.lengths.degrees
+        scale = f.variable(h)
 
-        def coefficient(k: int, i: Integer, divisor: int) -> Real:
-            return self._term(f, self.terms, k, i) / f.splat(scales[k] * float(divisor), lanes)
+        def first(part: float, i: Integer) -> Real:
+            return self._term(f, self._places.begin, 0, i) * part
 
-        def place(m: int, i: Integer) -> Real:
-            return coefficient(m - 3, i, m * (m - 1)) if m > 2 else self._term(f, at.begin, 0, i) * 0.5
+        self.write_velocities(f)
+        self.write_term(f, 1, degrees, partial(first, 1.0))
+        self.write_term(f, 2, 0, partial(first, 0.5))
+        with f.loop(0, TERMS, tested=False) as k:
 
-        def rate(m: int, i: Integer) -> Real:
-            if m == ORDER:
-                return f.zero(lanes)
-            return coefficient(m - 2, i, m) if m > 1 else self._term(f, at.begin, 0, i)
+            def coefficient(divisor: Real, i: Integer) -> Real:
+                return f.load_row("%work", i + self.terms + k * self.span, lanes) / f.splat(divisor, lanes)
 
-        self.write_terms(f, place, rate)
+            m = k + 2
+            self.write_term(f, m, degrees, partial(coefficient, scale.get() * m.to_real()))
+            both = (m * (m + 1)).to_real()
+            self.write_term(f, m + 1, 0, partial(coefficient, scale.get() * both))
+            scale.set(scale.get() * h)
+        self.write_term(f, ORDER, degrees, lambda i: f.zero(lanes))
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         lanes, ratio = self.lengths.lanes, length / h

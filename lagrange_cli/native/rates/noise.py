@@ -18,11 +18,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.rates.places import HEAD, LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
-from lagrange_cli.native.stepping.related import write_coupled, write_fastest
+from lagrange_cli.native.stepping.related import one_by_one, write_coupled, write_fastest
 from lagrange_cli.native.stepping.rounding_errors import set_off
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
@@ -116,7 +116,7 @@ class RateNoise:
                     else:
                         parts = row.at(half) * EXPLAINED, change * EXPLAINED
                         keep_larger(row, self.place, *parts, partial(self._counts, row))
-        for first, count in steps.related:
+        for first, count in one_by_one(f, steps.related):
             self._where_none(f, first + degrees, count)
         places = ("%work", self.begin - degrees), ("%state", self.place)
         write_coupled(f, lengths, steps.given.coupled, *places, steps.bounds.rounding)
@@ -188,7 +188,7 @@ class RateNoise:
             links.set(links.get() + 1)
             passing.repeat(f.any(grown.get()) & (links.get() < min(degrees, MOST_LINKS)))
 
-    def _where_none(self, f: Function, first: int, count: int) -> None:
+    def _where_none(self, f: Function, first: Index, count: int) -> None:
         """Let the errors of so many velocities, where none was found, be the mean of the others: by chance no
         change may have been smooth."""
         lengths = self.steps.lengths

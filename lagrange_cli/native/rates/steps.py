@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import partial
 
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Real
 from lagrange_cli.native.rates.nodes import RatesAtNodes
 from lagrange_cli.native.rates.noise import RateNoise
 from lagrange_cli.native.rates.places import (
@@ -160,15 +161,23 @@ class RateSteps(RatesAtNodes):
     ) -> None:
         """Write them: from the second one on those of coordinates, ``place(m, i)``, and those of velocities
         and integrals, ``rate(m, i)``."""
-        lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
-        # what is written behind the last coordinate is overwritten by the velocities, and behind the last
-        # row by the next coefficient
+        self.write_velocities(f)
         for m in range(1, self.order + 1):
-            with self._each(f, degrees) as i:
-                value = place(m, i) if m > 1 else f.load_row("%state", i + degrees, lanes)
-                f.store_row(value, "%work", i + m * width)
-            with self._each(f, self._count) as i:
-                f.store_row(rate(m, i), "%work", (i + degrees) + m * width)
+            if m > 1:
+                self.write_term(f, m, 0, partial(place, m))
+            self.write_term(f, m, self.lengths.degrees, partial(rate, m))
+
+    def write_velocities(self, f: Function) -> None:
+        """The first coefficients of coordinates."""
+        degrees, lanes = self.lengths.degrees, self.lengths.lanes
+        self.write_term(f, 1, 0, lambda i: f.load_row("%state", i + degrees, lanes))
+
+    def write_term(self, f: Function, m: Index, first: int, value: Callable[[Integer], Real]) -> None:
+        """Write the ``m``-th coefficients of coordinates (``first`` is 0), or of velocities and integrals: in
+        this order, as those of coordinates are written beyond the last one, too, and those of velocities
+        where the next coefficients of coordinates begin."""
+        with self._each(f, self._count if first else self.lengths.degrees) as i:
+            f.store_row(value(i), "%work", i + first + m * self.lengths.width)
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         """Leave for the next step what it needs, after ``length`` of a step of ``h``."""

@@ -212,8 +212,8 @@ class Watching:
         return f
 
     def _brief(self, f: Function, which: Integer) -> Real:
-        """How long a step is, at most, after which the argument of a guard that was 0 still is: with such steps
-        alone the motion would not come away from there."""
+        """How long a step is, at most, after which the argument of a guard that was 0 still is: with such
+        steps alone the motion would not come away from there."""
         guards = self.steps.guards
         assert guards
         mark = f.load("%state", which + guards.rows.fresh(guards.layout))

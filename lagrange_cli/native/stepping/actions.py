@@ -10,44 +10,29 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from itertools import accumulate
+from typing import TYPE_CHECKING
 
-from lagrange_cli.native.guards import (
-    AFTER,
-    DONE,
-    LEFT,
-    NOTES,
-    RECORDED,
-    SAMPLE,
-    SMALL,
-    UNSEEN,
-    GuardRows,
-    Role,
-)
+from lagrange_cli.native.guards import AFTER, DONE, LEFT, NOTES, RECORDED, SAMPLE, SMALL, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.at_once import ROUNDING, AtOnce, Speeds
+from lagrange_cli.native.stepping.at_once import NOTHING, AtOnce, hits, write_speeds
 from lagrange_cli.records import dataclass
 
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.bounces import Bounces
+    from lagrange_cli.native.stepping.coming_to_rest import ComingToRest
+
 HUGE = 1.7976931348623157e308
-NOTHING = -1
-"""In tables, of guards that are no impacts which reduce the speed, or have no contact."""
 ALONE = "act_alone"
 """The function that gives what one event's action sets, if there is one."""
 PUSH = "push"
 """The function that sets what an event's action sets, and lets constraints act that have impulses then."""
 NOTE = "note"
 """The function that copies a state into a record."""
-SOON, SOONER = 2.0**-29, 2.0**-25
-"""If all further impacts take no longer than this part of a step, as far as the force before the impact
-tells, the caller decides whether the motion rests: the second where impacts act on one another, whose limit
-others change."""
 SAME = 2.0**-46
 """Zeros within this part of the time, or of a step, are at the same time (``integrate.impacts.sides``)."""
-DOUBTFUL = 8.0
-"""The height of a flight is known from values of the argument up to this factor, where rounding may hide
-it."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +100,22 @@ class ActionCode:
             self.rows, self.layout, self.term, self.row, lambda f, j: own(f, j=j), self._behind_actions
         )
 
+    @property
+    def rest(self) -> ComingToRest:
+        """The code for impacts after which the motion rests."""
+        from lagrange_cli.native.stepping.coming_to_rest import ComingToRest
+
+        own = partial(self._own, name="changed", count=len(self.rows.changed))
+        return ComingToRest(self.rows, self.layout, self.interpolated, lambda f, j: own(f, j=j), self._acted)
+
+    @property
+    def bounces(self) -> Bounces:
+        """The code for what impacts leave."""
+        from lagrange_cli.native.stepping.bounces import Bounces
+
+        given = self.rows, self.layout, self.term, self.interpolated
+        return Bounces(*given, self.at_once, rests=self.rest.possible)
+
     def _change(self) -> Function:
         """``@change(state, constants, j, trial, info, sample, row)``: do what event ``j`` does, after so many
         samples. The series of its argument is at ``row``."""
@@ -140,10 +141,10 @@ class ActionCode:
             if rows.joined:
                 known = self.at_once.speeds(f, j, results)
             if rows.reached:
-                apart = Bit(f, "true") if known is None else ~self.hits(f, j)
+                apart = Bit(f, "true") if known is None else ~hits(f, j)
                 with f.when(apart), self.at_once.touching(f, j, results):
                     f.give(left)
-            still = self._bounce(f, j, results, known)
+            bounce = self.bounces.of(f, j, results, known)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
         if known is not None:
@@ -151,7 +152,17 @@ class ActionCode:
             arrays = f.pointer("%constants"), state, results, speeds
             with f.when(f.call(Integer, PUSH, *arrays, j - rows.first_event).equals(LEFT)):
                 f.give(left)
-            with f.when(~self.at_once.release(f, j, results, speeds, known, still)):
+            settles = f.variable(f.never(1))
+            if self.rest.possible:
+                # other forces may act where it ends other contacts: they do not lead back as those before it
+                freed = bounce.last & self.at_once.frees(f, j, speeds, results, known)
+                with f.when((bounce.still | (bounce.last & ~freed)) & hits(f, j)):
+                    drags = self.rest.stop(f, j, before, bounce, known)
+                    write_speeds(f, rows, layout, results, speeds)
+                    settles.set(bounce.still | ~drags)
+            resting = bounce.rests, settles.get()
+            clear, holds = self.at_once.release(f, j, speeds, results, known, *resting)
+            with f.when(~clear):
                 for first in (0, layout.width):
                     f.copy_rows((before, first), (state, first), 2 * layout.degrees, 1)
                 f.give(left)
@@ -162,11 +173,10 @@ class ActionCode:
                 with f.when(place < 2 * layout.degrees):
                     f.store(f.constant(0.0), state, place + layout.width)
         if rows.bounces:
-            self._note_time(f, j)
+            self.bounces.note_time(f, j)
         for k in range(layout.cyclic_momenta.start, layout.cyclic_momenta.stop):
             for part in (0, layout.width):  # they follow from the new velocities
                 f.store(f.constant(0.0), state, k + part)
-        f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
         with self._own(f, "affected", max(1, len(rows.affected)), j) as i:
             other = f.load_integer("@affected", i)
             f.store(f.constant(0.0), state, other + rows.mode(layout))
@@ -177,18 +187,19 @@ class ActionCode:
             impact = ~f.load_integer("@bounces", j).equals(NOTHING)
             side = f.select(impact, f.load(state, own), side)
         if rows.joined:  # where it has no speed, rounding would tell
-            side = f.select(self.hits(f, j), f.load(state, own), side)
+            side = f.select(hits(f, j), f.load(state, own), side)
         f.store(side, state, own)
+        if self.rest.possible:
+            with f.when(holds):
+                self.rest.hold(f, j, side)
+        f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
         f.call(None, NOTE, state, after)
         f.store(f.constant(AFTER), after, layout.at(NOTES[0]))
+        if rows.joined:
+            self.rest.note(f, after, bounce, holds)
         f.store(count + 2, info, RECORDED)
         f.give(f.count(DONE))
         return f
-
-    def hits(self, f: Function, j: Integer) -> Bit:
-        """Whether the guard ``j`` is that of an impact at which the motion may rest, with a simple action."""
-        simple = f.load_integer("@guard_roles", j).equals(Role.CHANGE)
-        return simple & ~f.load_integer("@rests_at", j).equals(NOTHING)
 
     def _switching(self, f: Function, j: Integer) -> Bit:
         """Whether modes of switches may have to be chosen after an action: where an argument is 0 up to
@@ -266,54 +277,3 @@ class ActionCode:
         for part in range(2):
             f.copy_rows((state, part * self.layout.degrees), (place, part * degrees), degrees, 1)
         return place
-
-    def _bounce(self, f: Function, j: Integer, results: Pointer, known: Speeds | None) -> Bit:
-        """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
-        rest. Whether it leaves no speed, where others may come first; speeds are compared with those
-        that are ``known``."""
-        rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        event, still = j - rows.first_event, f.variable(f.never(1))
-        bounce = f.load_integer("@bounces", j)
-        with f.when(~bounce.equals(NOTHING)):
-            side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
-            rate, bend = (f.load("%row", m * self.term) * float(m) for m in (2, 3))
-            size = f.load(results, event * 2 + (len(rows.changed) + 1)) * ROUNDING
-            left = f.load(results, bounce + (len(rows.changed) + 2 * rows.events)) * side
-            own = event * 2 + len(rows.changed)
-            moved = size * f.load(state, layout.at(Clock.STEP))
-            near = f.larger(f.load(results, own) * ROUNDING, moved)
-            beyond = f.load("%row", self.term) * side < -near
-            wrong, least = beyond | ~(rate * side < -size), size
-            if known is not None:
-                least = f.larger(size, known.least)
-                still.set(self.at_once.stands(f.magnitude(left), known))
-                wrong = wrong | ((mark > 0.0) & ~(rate * side < -least)) | ~((left > least) | still.get())
-            else:
-                wrong = wrong | (mark > 0.0) | ~(left > least)
-            with f.when(wrong):
-                f.give(f.count(LEFT))
-            t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-            place = event * 2 + rows.times(layout).start
-            last = f.load(state, place), f.load(state, place + 1)
-            since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
-            remaining = flight / (f.constant(1.0) - flight / since)
-            part, length = SOONER if rows.reached else SOON, f.load(state, layout.at(Clock.STEP))
-            soon = remaining <= length * part
-            if known is not None:
-                f.store(self.at_once.length(f, results), results, self._behind_actions + len(rows.bounces))
-                soon = remaining <= known.soon
-            with f.when((flight > 0.0) & (flight < since) & soon & ~still.get()):
-                f.give(f.count(LEFT))
-            if self.interpolated:
-                height = left * 0.25 * f.smaller(since * (left / f.magnitude(rate)), f.magnitude(flight))
-                with f.when(height <= f.load(results, own) * (UNSEEN * DOUBTFUL)):
-                    f.give(f.count(LEFT))
-        return still.get()
-
-    def _note_time(self, f: Function, j: Integer) -> None:
-        """Note the time of an impact."""
-        rows, state = self.rows, f.pointer("%state")
-        with f.when(~f.load_integer("@bounces", j).equals(NOTHING)):
-            place = (j - rows.first_event) * 2 + rows.times(self.layout).start
-            for ahead, part in enumerate((Clock.TIME, Clock.TIME_LOW)):
-                f.store(f.load(state, self.layout.at(part)), state, place + ahead)

@@ -16,6 +16,7 @@ from lagrange_cli.native.llvm.flow import Loop, Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
+from lagrange_cli.native.stepping.at_once import hits
 from lagrange_cli.native.stepping.confirmation import confirm
 from lagrange_cli.native.stepping.divided import DividedSteps
 from lagrange_cli.native.stepping.guard_search import NO_GUARD
@@ -196,7 +197,7 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
         root, known = without_chatter(at, step, root, which, known)
     step.bound.set(f.select(known < ahead, known, step.bound.get()))
     if steps.guards and steps.guards.rows.joined:  # what is driven back is hit now
-        root = f.select((root < 0.0) & steps.guards.actions.hits(f, which), at.zero, root)
+        root = f.select((root < 0.0) & hits(f, which), at.zero, root)
     if aim:
         zero, vector, stops = aim
         first = (root > ahead) & (known >= ahead)

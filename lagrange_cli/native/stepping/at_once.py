@@ -26,12 +26,14 @@ LEFT = 2.0**-50
 """One that is so small is 0 as far as rounding lets it be: more of it takes time, if the speed is small."""
 CLEAR = 2.0**-40
 """Relative speeds that are more than this part of the largest velocity are no rounding errors."""
-HIDDEN = 2.0**-30
+HIDDEN = 2.0**-36
 """Nor do flights end in no time that take longer than this part of a step (``integrate.impacts.resting``)."""
 SOON, SHORT, NEARLY = 2.0**-30, 2.0**-26, 1.25
 """When all further impacts take no time (the same place), as far as the forces before an impact tell."""
 ALIKE = 2.0**-40
 """Speeds that differ by this part are the same but for rounding."""
+NOTHING = -1
+"""In tables, of guards that are no impacts which reduce the speed, or have no contact."""
 UNCLEAR, LEAVES = -1, -2
 """What ``@first_impact`` gives where the caller decides, and where bodies have touched and go apart."""
 
@@ -206,14 +208,27 @@ class AtOnce:
         """Whether a speed is nothing but a rounding error."""
         return size <= known.largest * ROUNDING
 
+    def frees(self, f: Function, j: Integer, speeds: Pointer, results: Pointer, known: Speeds) -> Bit:
+        """Whether an impact ends contacts: gives the motion a speed there, as ``speeds`` tell."""
+        found = f.variable(f.never(1))
+        with self.touching(f, j, results) as one:
+            stands = self.stands(f.magnitude(f.load(speeds, one.k)), known)
+            found.set(found.get() | (~one.held.equals(0.0) & ~stands))
+        return found.get()
+
     def release(
-        self, f: Function, j: Integer, results: Pointer, speeds: Pointer, known: Speeds, still: Bit
-    ) -> Bit:
+        self, f: Function, j: Integer, speeds: Pointer, results: Pointer, known: Speeds, rests: Bit,
+        settles: Bit,
+    ) -> tuple[Bit, Bit]:  # fmt: skip
         """End the contacts at which an impact has given the motion a speed, and tell whether another impact
         comes next, or it is clear which contacts hold; else change nothing. ``speeds`` are those of all
-        contacts' arguments now; where ``j`` is ``still``, it has none left."""
+        contacts' arguments now. Where the motion may come to rest at ``j``, and its speed there has been
+        taken away (``settles``), tell, too, whether nothing else happens, so that it ``rests``."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
-        clear, due, pressed = (f.variable(one) for one in (Bit(f, "true"), f.never(1), still))
+        holds, never = rests & settles, f.never(1)
+        clear, due, pressed, freed = (
+            f.variable(one) for one in (Bit(f, "true"), never, rests & ~settles, never)
+        )
         with self.touching(f, j, results) as one:
             held = ~one.held.equals(0.0)
             speed = f.load(speeds, one.k) * f.select(held, one.held, self.mode(f, one.j))
@@ -221,7 +236,8 @@ class AtOnce:
             clear.set(clear.get() & (stands | moves))
             due.set(due.get() | (moves & (speed < 0.0)))
             pressed.set(pressed.get() | (stands & ~held))
-        clear.set(due.get() | (clear.get() & ~pressed.get()))
+            freed.set(freed.get() | (held & ~stands))
+        clear.set(due.get() | (clear.get() & ~pressed.get() & ~(holds & freed.get())))
         with f.when(clear.get()):
             mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))
             with self.touching(f, j, results) as one:
@@ -230,4 +246,26 @@ class AtOnce:
                     f.store(one.held, state, one.j + rows.mode(layout))
                     f.store(mark, state, one.j + rows.fresh(layout))
                     f.store(f.constant(0.0), state, one.rest + rows.mode(layout))
-        return clear.get()
+        return clear.get(), holds
+
+
+def hits(f: Function, j: Integer) -> Bit:
+    """Whether the guard ``j`` is that of an impact at which the motion may rest, with a simple action."""
+    simple = f.load_integer("@guard_roles", j).equals(Role.CHANGE)
+    return simple & ~f.load_integer("@rests_at", j).equals(NOTHING)
+
+
+def write_speeds(f: Function, rows: GuardRows, layout: StateLayout, results: Pointer, to: Pointer) -> None:
+    """Compute the rates of contacts' arguments in a state; in front of ``results`` there is room."""
+    state, time, one = f.pointer("%state"), f.place("%state", layout.time), f.count(1)
+    moving = state
+    if rows.degrees < layout.degrees:  # without auxiliary coordinates
+        moving = f.place(results, -2 * rows.degrees, "double")
+        for part in range(2):
+            f.copy_rows((state, part * layout.degrees), (moving, part * rows.degrees), rows.degrees, 1)
+    f.call(None, "speeds", f.pointer("%constants"), time, moving, to, one, one)
+    contacts = {guard for guard, _ in rows.reached}
+    numbers = [n for n, (guard, _) in enumerate(rows.bounces) if guard in contacts]
+    for k, n in enumerate(numbers):
+        if n != k:  # others have no contact
+            f.store(f.load(to, n), to, k)

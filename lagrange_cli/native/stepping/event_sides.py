@@ -9,7 +9,7 @@ from lagrange_cli.native.guards import SMALLEST, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.actions import NOTHING
+from lagrange_cli.native.stepping.at_once import NOTHING
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
 

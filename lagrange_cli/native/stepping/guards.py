@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import NOTE
-from lagrange_cli.native.stepping.at_once import LEAVES, UNCLEAR
+from lagrange_cli.native.stepping.at_once import LEAVES, UNCLEAR, hits
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.passing import NEVER, kind_of, passing_tables
@@ -140,7 +140,7 @@ class GuardCode(GuardSearch):
         chosen, state = f.variable(j), f.pointer("%state")
         side = f.load(state, j + self.rows.mode(self.layout))
         event = side * f.load_integer("@guard_directions", j).to_real() <= 0.0
-        with f.when(event & self.actions.hits(f, j)):
+        with f.when(event & hits(f, j)):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             given = state, f.pointer("%constants"), j, f.pointer("%trial"), row
             first = f.call(Integer, "first_impact", *given)
@@ -176,7 +176,7 @@ class GuardCode(GuardSearch):
             for m, note in enumerate(NOTES[1:], 2):
                 rate = f.load(row, m * term) * float(m)
                 if self.rows.joined:  # its time is that of others
-                    again = (f.load(state, j + self.rows.fresh(layout)) > 0.0) & self.actions.hits(f, j)
+                    again = (f.load(state, j + self.rows.fresh(layout)) > 0.0) & hits(f, j)
                     rate = f.select(again, f.constant(float(m == 2)), rate)
                 f.store(rate, place, layout.at(note))
             if self.actions.any:

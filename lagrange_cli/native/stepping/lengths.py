@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import overload
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
@@ -63,9 +64,10 @@ class Lengths:
         return self.lanes // self.together
 
     @contextmanager
-    def each(self, f: Function, first: int = 0, last: int = 0) -> Iterator[Row]:
+    def each(self, f: Function, first: Index = 0, last: Index | None = None) -> Iterator[Row]:
         """Rows of the state, one vector after another: all of them, or some."""
-        last = last or (self.width if self.together > 1 else self.rows)
+        if last is None:
+            last = self.width if self.together > 1 else self.rows
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
@@ -88,9 +90,13 @@ class Lengths:
         """The same rows, each a vector of its own."""
         return replace(self, lanes=1, together=1, packed=self.lanes)
 
-    def vector(self, row: int) -> int:
+    @overload
+    def vector(self, row: int) -> int: ...
+    @overload
+    def vector(self, row: Index) -> Index: ...
+    def vector(self, row: Index) -> Index:
         """The first row of the vector that one is in."""
-        return row - row % self.together
+        return row & -self.together
 
     @contextmanager
     def velocities(self, f: Function, rows: tuple[Integer, Integer] | None = None) -> Iterator[Row]:
@@ -163,17 +169,18 @@ class Row:
             return speed
         return self.f.larger(speed, self.at(work, self.lengths.floor))
 
-    def among(self, first: int, count: int) -> Bit:
+    def among(self, first: Index, count: int) -> Bit:
         """Which are among ``count`` rows from ``first`` on."""
         return self.beyond(first) < count
 
-    def beyond(self, first: int) -> Integer:
+    def beyond(self, first: Index) -> Integer:
         """How many rows they are behind the ``first`` one."""
         f, together = self.f, self.lengths.together
         if together == 1:
             return self.i - first if first else self.i
-        lanes = ", ".join(f"i64 {lane - first}" for lane in range(together))
-        return f.splat(self.i, together) + Integer(f, f"<{lanes}>", together)
+        i, behind = (self.i - first, 0) if isinstance(first, Integer) else (self.i, first)
+        lanes = ", ".join(f"i64 {lane - behind}" for lane in range(together))
+        return f.splat(i, together) + Integer(f, f"<{lanes}>", together)
 
     def moving(self, condition: Bit) -> Bit:
         """The velocities among those of ``Lengths.velocities`` where it holds."""

@@ -8,6 +8,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.actions import PUSH
+from lagrange_cli.native.stepping.at_once import write_speeds
 
 HEAD = f"define i64 @{PUSH}(ptr %constants, ptr %state, ptr %results, ptr %speeds, i64 %event) #0"
 
@@ -22,15 +23,6 @@ def push(rows: GuardRows, layout: StateLayout) -> str:
         place = f.load_integer("@changed_places", i)
         f.store(f.load(results, i), state, place)
         f.store(f.constant(0.0), state, place + layout.width)
-    time, one, moving = f.place(state, layout.time), f.count(1), state
-    if rows.degrees < layout.degrees:  # without auxiliary coordinates
-        moving = f.place(results, -2 * rows.degrees, "double")
-        f.copy_rows((state, layout.degrees), (moving, rows.degrees), rows.degrees, 1)
-    f.call(None, "speeds", f.pointer("%constants"), time, moving, speeds, one, one)
-    contacts = {guard for guard, _ in rows.reached}
-    numbers = [n for n, (guard, _) in enumerate(rows.bounces) if guard in contacts]
-    for k, n in enumerate(numbers):
-        if n != k:  # others have no contact
-            f.store(f.load(speeds, n), speeds, k)
+    write_speeds(f, rows, layout, results, speeds)
     f.give(f.count(DONE))
     return f.text()

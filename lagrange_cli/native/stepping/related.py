@@ -9,12 +9,12 @@ The integrals of forces, in the balances of momenta, are measured by that of the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Pointer, Real
+from lagrange_cli.native.llvm.vector import Index, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.step_size import ENDLESS
 
@@ -49,6 +49,23 @@ def of_names(names: Iterable[str], first: int = 0, fewest: int = FEWEST) -> list
     return found
 
 
+def one_by_one(f: Function, families: Iterable[tuple[int, int]]) -> Iterator[tuple[Index, int]]:
+    """The first number of each of the ``families``, and how many it has. What is written for those of one
+    size that follow one another is written once, in a loop."""
+    runs = list[tuple[int, int, int]]()
+    for first, count in families:
+        if runs and count == runs[-1][2] and first == runs[-1][1]:
+            runs[-1] = runs[-1][0], first + count, count
+        else:
+            runs.append((first, first + count, count))
+    for first, last, count in runs:
+        if last == first + count:
+            yield first, count
+            continue
+        with f.loop(first, last, count, tested=False) as one:
+            yield one, count
+
+
 def write_floors(
     f: Function, lengths: Lengths, related: Sequence[tuple[int, int]],
     size: Callable[[Row], Real] | None = None, work: Pointer | str = "%work",
@@ -65,11 +82,9 @@ def write_fastest(
     in ``%work`` on; and of the largest integral, whose numbers go on behind those of velocities. How large
     they are is their ``size``, or that of the numbers in the state. What is there is replaced, or where it is
     to be the ``least``, made larger."""
-    for first, count in related:
-        fastest, last = f.variable(f.zero(lengths.lanes)), first + count
-        first += lengths.degrees
-        last += lengths.degrees
-        start = lengths.vector(first)
+    for number, count in one_by_one(f, related):
+        fastest, first = f.variable(f.zero(lengths.lanes)), number + lengths.degrees
+        start, last = lengths.vector(first), first + count
         with lengths.each(f, start, last) as row:
             speed = size(row) if size else f.magnitude(row.at("%state"))
             speed = row.only(row.among(first, count), speed)
