@@ -13,6 +13,7 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.signs import unbroken
 from lagrange_cli.families.arrays import Chain, Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Impacts
@@ -23,7 +24,6 @@ from lagrange_cli.families.written_events import arguments_of, assigned_by, dire
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zero
-from lagrange_cli.mechanics.switching.unbroken import unbroken
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Spec
 

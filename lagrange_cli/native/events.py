@@ -7,12 +7,11 @@ from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.node import Node, union
-from lagrange_cli.expression.signs import proportional
+from lagrange_cli.expression.signs import proportional, unbroken
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.switching.unbroken import unbroken
 from lagrange_cli.mechanics.variables import graph_of, numbered, state_symbols
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.guards import BREAK, CUT, EDGE, ROOTED, SIDES, SIMPLE, STEEP, Role
