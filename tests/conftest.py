@@ -59,13 +59,20 @@ def pytest_configure(config):
         draws.be_thorough()
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as shells have it in the background
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if hasattr(config, "workerinput"):  # it has the options and the environment of its controller
+    if hasattr(config, "workerinput"):  # it has the environment of its controller
+        config.option.seed = config.workerinput["seed"]
         return
     if config.option.seed is None:
         config.option.seed = random.SystemRandom().randrange(10**9)
     config.cache_of_programs = tempfile.mkdtemp()
     os.environ["LAGRANGE_CACHE_DIR"] = os.path.join(config.cache_of_programs, "cache")
     os.environ.pop("LAGRANGE_NO_CACHE", None)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node):
+    """Workers have the options of the command line; the seed may be one that was drawn since."""
+    node.workerinput["seed"] = node.config.option.seed
 
 
 def pytest_sessionstart(session):

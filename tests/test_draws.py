@@ -50,3 +50,8 @@ def test_about_so_many_suites_of_those_that_are_run_now_and_then():
     suites = [one for k in range(400) for one in cases(f"suite{k}", 2, keep=0.25)]
     assert 30 < len(sampled(suites, 1, False)) < 90
     assert 60 < len(sampled(suites, 1, True, 1)) < 140
+
+
+def test_a_seed_is_drawn(request):
+    """In every process: that of a worker is the one which is printed at the end."""
+    assert isinstance(request.config.option.seed, int)

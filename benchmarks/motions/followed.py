@@ -94,7 +94,7 @@ class Followed:
         self.spec, self.values, _ = consistent_values(spec, values, 0.0, ())
 
     def chosen(self, tolerance: float) -> tuple[str, float]:
-        """The method that auto chooses, and its tolerance."""
+        """The method that auto chooses at first, and its tolerance."""
         given = SolveDefaults(
             stop=self.stop, tolerance=tolerance, samples=SAMPLES, outputs=("q", "v"), method="auto"
         )

@@ -19,6 +19,8 @@ class Sign(IntEnum):
 
 
 FUNCTIONS = {"exp": Sign.POSITIVE, "cosh": Sign.POSITIVE, "acos": Sign.NEVER_NEGATIVE}
+BROKEN = "atan2", "tan"
+"""Functions that jump, or have poles from whose sides they have opposite signs."""
 
 
 def signs(node: Node, known: dict[Node, Sign]) -> Sign:
@@ -83,3 +85,23 @@ def proportional(one: Node, other: Node) -> bool:
         return False
     first, second = ((node.data[0], *node.data[1]) for node in (one, other))
     return all(a * second[1] == b * first[1] for a, b in zip(first, second))
+
+
+def unbroken(node: Node, known: int, moving: int) -> bool:
+    """Whether an expression visibly changes its sign along a motion only where it is 0: it has no jump, and
+    no pole of that kind. Symbols are ``known`` not to jump, and constant but for what is ``moving``."""
+    own: dict[Node, Sign] = {}
+
+    def breaks(one: Node) -> bool:
+        if one.kind is Kind.SYMBOL:
+            return not one.symbols & known
+        if one.kind is Kind.PRODUCT:
+            below = [
+                a for a, e in zip(one.arguments, one.data) if e < 0 and e % 2 == 1 and a.symbols & moving
+            ]
+            return any(signs(a, own) is Sign.ANY for a in below)
+        if one.kind is Kind.SWITCH:
+            return not is_absolute(one)
+        return one.kind is Kind.DDT or (one.kind is Kind.FUNCTION and one.data in BROKEN)
+
+    return not any(map(breaks, reachable([node])))

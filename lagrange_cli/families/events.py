@@ -13,6 +13,7 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.signs import unbroken
 from lagrange_cli.families.arrays import Chain, Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Impacts
@@ -59,6 +60,8 @@ class Events:
     affected: tuple[tuple[int, int], ...]
     keeps_energy: bool
     """Whether no action changes it."""
+    jumping: bool = False
+    """Whether arguments may come to their other side without being 0."""
     impacts: Impacts | None = None
     pushing: NDArray[np.bool_] | None = None
 
@@ -91,12 +94,13 @@ def events_of(builder: FamilyBuilder, spec: Spec) -> Events | None:
     arguments = replace(written, terms=tuple(terms))
     builder.totals[builder.totals.index(written)] = arguments
     inner = [one for one in builder.totals if one not in known]
-    refuse_others(builder, inner)
+    moving = refuse_others(builder, inner)
     sets = assigned_by(spec)
     values, changed = built(builder, sets.values), np.stack([sets.events, sets.places])
     found = Events(
         *directions_of(spec), arguments, sizes_of(builder, arguments), values, changed,
         np.zeros(arguments.count, dtype=bool), (), keeps_energy=True,
+        jumping=may_jump(builder, inner, moving),
     )  # fmt: skip
     refuse_unchanging(builder, arguments)
     return found
@@ -112,16 +116,24 @@ def built(builder: FamilyBuilder, group: Group) -> Total:
     return arrays[0]
 
 
-def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
-    """Raise ``Unsuited`` where an argument may jump, or hide a zero within a step."""
+def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> int:
+    """The symbols of what moves. Raises ``Unsuited`` where an argument may have a cut, or hide a zero within
+    a step."""
     nodes = reachable([term.node for one in totals for term in one.terms])
     refuse_angles(builder.slots, nodes)
     if any(node.kind is Kind.DDT for node in nodes):
         raise Unsuited
     speeds = builder.slots.symbols_of(builder.v, *builder.totals)
-    moving = builder.time.symbols | builder.slots.symbols_of(builder.q) | speeds
+    moving: int = builder.time.symbols | builder.slots.symbols_of(builder.q) | speeds
     if hides(nodes, moving, speeds, large=False):
         raise Unsuited
+    return moving
+
+
+def may_jump(builder: FamilyBuilder, totals: Sequence[Total], moving: int) -> bool:
+    """Whether an argument may come to its other side without being 0."""
+    known = moving | builder.slots.symbols_of(builder.given, builder.whole)
+    return not all(unbroken(term.node, known, moving) for one in totals for term in one.terms)
 
 
 def random_state(builder: FamilyBuilder, seed: int) -> tuple[float, Values, Values, Values]:

@@ -12,13 +12,17 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import State
 from lagrange_cli.integrate.events import Happened, kept_at_once
-from lagrange_cli.integrate.method import Snapshot
+from lagrange_cli.integrate.method import MethodChange, Snapshot
+from lagrange_cli.integrate.methods.table import METHODS, STIFF, TAYLOR
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, fields_of
 
 T = TypeVar("T")
 
+CHANGES = "changes"
+"""The name of changes of the method."""
 RARELY = 50
 """A checkpoint is not written before this many times the duration of the last one have passed."""
 
@@ -57,6 +61,7 @@ class Progress:
             **({"events": [one.as_data() for one in self.happened]} if self.happened else {}),
             **({"actions": list(snapshot.actions)} if snapshot.actions else {}),
             **({"singular": list(snapshot.singular)} if snapshot.singular else {}),
+            **({CHANGES: changes_as_data(snapshot.changes)} if snapshot.changes else {}),
             **({"unknown": dict(self.unknown)} if self.unknown else {}),
             **({"extent": self.extent} if self.extent else {}),
         }
@@ -70,8 +75,8 @@ class Progress:
         conserved: Iterable[str],
         times: Times,
     ) -> Progress:
-        """What ``as_data`` and the ``arrays`` of the snapshot gave, for a run of ``program`` through
-        ``times``; raises ``ValueError`` where it is nothing of the kind."""
+        """What ``as_data`` and the ``arrays`` of the snapshot gave, for a run through ``times`` that
+        ``program`` has followed to there; raises ``ValueError`` where it is nothing of the kind."""
         try:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
@@ -82,6 +87,7 @@ class Progress:
             extent = float(data.get("extent", 0.0))
             final = None if data["final"] is None else State(**data["final"])
             happened = tuple(Happened(*one) for one in data.get("events", ()))
+            changes = changes_in(data)
             actions, singular = (tuple(map(float, data.get(name, ()))) for name in ("actions", "singular"))
             kept = kept_at_once(len(happened))
             list(map(int, (*actions[:1], *actions[kept:])))  # these are whole numbers
@@ -102,8 +108,26 @@ class Progress:
             raise ValueError("of other quantities")
         if len(happened) != len(program.events) or (happened and len(actions) < kept):
             raise ValueError("of other events")
-        snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks, singular)
+        snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks, singular, changes)
         return cls(snapshot, first, drift, size, final, base, happened, unknown, extent)
+
+
+def changes_as_data(changes: Iterable[MethodChange]) -> list[dict[str, Any]]:
+    """Changes of the method in terms of JSON."""
+    return [{name: getattr(one, name) for name in fields_of(MethodChange)} for one in changes]
+
+
+def changes_in(data: Any) -> tuple[MethodChange, ...]:
+    """The changes of the method in what ``Progress.as_data`` gave; raises ``ValueError``."""
+    try:
+        changes = tuple(MethodChange(**one) for one in data.get(CHANGES, ()))
+        steps, known = [one.steps for one in changes], all(one.method in (TAYLOR, STIFF) for one in changes)
+        known = known and all(METHODS[STIFF].tolerances[DOUBLE][0] <= one.tolerance < 1.0 for one in changes)
+    except (TypeError, AttributeError) as error:
+        raise ValueError("no changes of a method") from error
+    if steps != sorted(steps) or not known:
+        raise ValueError("no changes of a method")
+    return changes
 
 
 class Schedule:

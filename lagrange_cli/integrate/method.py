@@ -25,13 +25,28 @@ class Unfit(ValueError):
 
 
 @dataclass(frozen=True)
+class MethodChange:
+    """From a time on, after so many steps, a motion is followed by another ``method`` with its own
+    ``tolerance``: a step of ``Radau`` there replaces so many Taylor steps. Before it, rates were evaluated
+    ``beyond`` the number of steps so often."""
+
+    t: float
+    steps: int
+    method: str
+    tolerance: float
+    replaces: float
+    beyond: int = 0
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """What a method needs to continue a motion from time ``t`` with the same bits.
 
     ``memory`` is its whole state, except ``actions``, the state of the actions of events. So far it has taken
     ``steps`` steps and handed over ``samples`` samples. Unless the steps were ``limited`` by the stop time, a
     motion that stops later takes the same steps. ``marks`` are memories of earlier times, from which a
-    singular configuration is passed; it has passed others at the times ``singular``.
+    singular configuration is passed; it has passed others at the times ``singular``. The memory is that of
+    the last method of the ``changes``, if there are any.
     """
 
     memory: Array
@@ -42,6 +57,7 @@ class Snapshot:
     actions: tuple[float, ...] = ()
     marks: tuple[Array, ...] = ()
     singular: tuple[float, ...] = ()
+    changes: tuple[MethodChange, ...] = ()
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -80,6 +96,8 @@ class End:
     """When the motion has passed singular configurations."""
     threads: int = 1
     """How many have shared the work."""
+    changes: tuple[MethodChange, ...] = ()
+    """When the motion has changed its method."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.ending import Ending, State
 from lagrange_cli.integrate.events import Happened
+from lagrange_cli.integrate.method import MethodChange
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ class Outcome:
     state at ``t``; of a complete or certified run it is the last sample. ``estimated`` is the error, if an
     estimate was requested. The state was moved back to constraints by so many ``projections``, and passed
     ``singular`` configurations at these times. So many ``threads`` have shared the work. ``extent`` is the
-    largest coordinate or velocity of the samples, of a method whose errors are ``absolute``."""
+    largest coordinate or velocity of the samples, of a method whose errors are ``absolute``. ``changes`` says
+    when the motion has changed its method."""
 
     ending: Ending
     message: str
@@ -67,3 +69,4 @@ class Outcome:
     singular: tuple[float, ...] = ()
     threads: int = 1
     extent: float = 0.0
+    changes: tuple[MethodChange, ...] = ()

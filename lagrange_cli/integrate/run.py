@@ -131,6 +131,7 @@ def integrate(
         singular=end.singular,
         threads=end.threads,
         extent=samples.extent,
+        changes=end.changes,
         final=state_of(end.t, end.state, prepared) if own_end else samples.final,
     )
 

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 LONG = 5000
 """Taylor steps that a motion takes at least: for fewer it is not worth compiling other code."""
+PRICE = 2.0**28
+"""So many numbers of series are computed while other code is compiled: below that, it is not worth changing
+to it on the way."""
 FIRST, SEEN, APART = 64, 32, 2
 """Steps after which a motion is judged first, by the last ones, one in so many of which is kept."""
 SPANS = SEEN, SEEN // 4
@@ -40,9 +43,9 @@ MOST, PART, GROWTH = 2048, 8, 1.2
 """A trial takes no more steps than that, and no more than that part of all. It goes on as long as steps of
 ``Radau`` would grow by the factor while its length doubles."""
 DIFFERENCES = 4
-DEAR, MATRICES = 16.0, 32.0
-"""Taylor steps that take longer than one of ``Radau``, and how many numbers of its matrices for each
-coordinate take as long as a Taylor step (docs/engine.md)."""
+DEAR, CHEAP, MATRICES = 16.0, 2.0, 32.0
+"""Taylor steps that take longer than one of ``Radau``, those that do not, and how many numbers of its
+matrices for each coordinate take as long as a Taylor step (docs/engine.md)."""
 DIGITS = 100.0
 """The coordinates of a family are so many times as large as the absolute tolerance."""
 
@@ -88,18 +91,26 @@ class Trial:
             return []
         return [*kept, end.snapshot]
 
+    def seen(self, begin: Snapshot, taken: int) -> list[Snapshot]:
+        """The last steps until that many are taken; nothing if the motion ends before."""
+        skipped = self.on(begin, taken - SEEN, taken - SEEN) if taken - SEEN > begin.steps else [begin]
+        return [*skipped, *(self.on(skipped[-1], taken, APART) if skipped else [])]
+
+    def left(self, found: Sequence[Snapshot]) -> float:
+        """How many steps are left to the end, if they are as long as the last ones."""
+        return SEEN * (self.times.stop - found[-1].t) / (found[-1].t - found[0].t)
+
     def stiffness(self, tolerance: float) -> Stiffness | None:
         """That of the motion at a tolerance; None if it is not stiff, or has few steps."""
-        found = self.on(None, 1, 1)
-        if not found or self.times.stop - found[-1].t < LONG * (found[-1].t - self.times.start):
+        first = self.on(None, 1, 1)
+        if not first or self.times.stop - first[-1].t < LONG * (first[-1].t - self.times.start):
             return None
-        taken, before = FIRST, 0.0
+        taken, before, begin = FIRST, 0.0, first[-1]
         while True:
-            skipped = self.on(found[-1], taken - SEEN, taken - SEEN)
-            found = [*skipped, *(self.on(skipped[-1], taken, APART) if skipped else [])]
+            found = self.seen(begin, taken)
             if len(found) <= SEEN // APART:
                 return None
-            whole = taken + SEEN * (self.times.stop - found[-1].t) / (found[-1].t - found[0].t)
+            whole = taken + self.left(found)
             if whole < LONG:
                 return None
             judged = self.judged(found, tolerance)
@@ -107,14 +118,44 @@ class Trial:
                 return replace(judged, replaces=min(judged.replaces, whole))
             if judged.replaces < GROWTH * before or 2 * taken > min(MOST, whole / PART):
                 return None
-            taken, before = 2 * taken, judged.replaces
+            taken, before, begin = 2 * taken, judged.replaces, found[-1]
 
-    def judged(self, found: list[Snapshot], tolerance: float) -> Stiffness:
+    def later(self, begin: Snapshot, tolerance: float, *, known: bool) -> Stiffness | None:
+        """That of the motion at a tolerance from a time on that Taylor steps have reached; None as before, or
+        if implicit steps are not ``known`` yet and too few steps are left to compile these."""
+        least = LONG if known else max(LONG, PRICE / max(1, self.method.machine.program.work))
+        found = self.seen(begin, begin.steps + SEEN)
+        if len(found) <= SEEN // APART or self.left(found) < least:
+            return None
+        judged = self.judged(found, tolerance)
+        if judged.replaces < DEAR:
+            return None
+        return replace(judged, replaces=min(judged.replaces, self.left(found)))
+
+    def replaced(self, begin: Snapshot, tolerance: float, length: float) -> float:
+        """How many Taylor steps a step of ``Radau`` at its ``tolerance`` replaces, from a time on that it has
+        reached with steps of such a ``length``: no more than these do. What has decayed appears again as
+        Taylor steps begin, and has to decay."""
+        found = self.seen(begin, begin.steps + FIRST)
+        if len(found) <= SEEN // APART:
+            return math.inf
+        q, v = self.moved(found)
+        sizes = np.concatenate([np.abs(one).max(axis=0) for one in (q, v)])
+        possible = replaced_by(found, np.hstack([q, v]), tolerance * (1 + sizes))
+        return min(possible, SEEN * length / (found[-1].t - found[-1 - SEEN // APART].t))
+
+    def moved(self, found: Sequence[Snapshot]) -> tuple[Array, Array]:
+        """Coordinates and velocities (steps, degrees)."""
+        program = self.method.machine.program
+        rows, own = program.inner, slice(program.degrees)
+        q, v = (np.array([one.memory[part][own] for one in found]) for part in (rows.q, rows.v))
+        return q, v
+
+    def judged(self, found: Sequence[Snapshot], tolerance: float) -> Stiffness:
         """What the last steps tell."""
-        layout = self.method.machine.program.inner
-        q, v = (np.array([one.memory[rows] for one in found]) for rows in (layout.q, layout.v))
-        sizes = np.zeros(layout.degrees)
-        np.maximum.at(sizes, self.families, np.abs([self.state[layout.q], *q]).max(axis=0))
+        q, v = self.moved(found)
+        sizes = np.zeros(q.shape[1])
+        np.maximum.at(sizes, self.families, np.abs([self.state[: q.shape[1]], *q]).max(axis=0))
         largest = float(sizes.max(initial=0.0))
         # tolerances of Radau are absolute ones as well: they are to be small beside the coordinates
         decades = max(0, -round(math.log10(largest))) if largest > 0 else math.inf
@@ -123,10 +164,15 @@ class Trial:
             return Stiffness(fine, 0.0)
         fastest = np.abs(v).max(axis=0)
         allowed = np.concatenate([np.full_like(sizes, tolerance * largest), fine * (1 + fastest)])
-        t, y = np.array([one.t for one in found]), np.hstack([q, v])
-        usual = (t[-1] - t[0]) / SEEN
-        replaces = min(smooth(t[-n:], y[-n:], allowed) for n in (span // APART + 1 for span in SPANS)) / usual
-        return Stiffness(fine, replaces)
+        return Stiffness(fine, replaced_by(found, np.hstack([q, v]), allowed))
+
+
+def replaced_by(found: Sequence[Snapshot], y: Array, allowed: Array) -> float:
+    """How many of the last steps one implicit step replaces, from the states y (steps, rows)."""
+    t = np.array([one.t for one in found])
+    spans = (span // APART + 1 for span in SPANS)
+    usual = (t[-1] - t[0]) / SEEN
+    return float(min(smooth(t[-n:], y[-n:], allowed) for n in spans) / usual)
 
 
 def smooth(t: Array, y: Array, allowed: Array) -> float:
@@ -146,13 +192,23 @@ def families_of(coordinates: Sequence[str]) -> list[int]:
     return [numbers.setdefault(one.partition("[")[0], len(numbers)) for one in coordinates]
 
 
-def stiffness(prepared: Prepared, values: Values, times: Times, threads: int | None = 1) -> Stiffness | None:
-    """That of a motion which is prepared for Taylor steps; None if it is not stiff."""
+def trial_of(
+    prepared: Prepared, parameters: Array, state: Array, times: Times, threads: int | None = 1
+) -> Trial | None:
+    """Of a motion that is prepared for Taylor steps; None if it is not one that implicit steps may follow."""
     follower, program = prepared.follower, prepared.machine.program
-    if not isinstance(follower, TaylorMethod) or program.guarded or program.parts > 1:
+    if not isinstance(follower, TaylorMethod) or program.events or program.parts > 1:
+        return None
+    method, whole = replace(follower, recompilation=None), replace(times, count=1, step=0.0)
+    return Trial(method, families_of(prepared.recording.coordinates), parameters, state, whole, threads)
+
+
+def stiffness(prepared: Prepared, values: Values, times: Times, threads: int | None = 1) -> Stiffness | None:
+    """That of a motion which is prepared for Taylor steps; None if it is not stiff, or has switches."""
+    program = prepared.machine.program
+    if program.guarded:
         return None
     parameters = np.array([values.parameters[name] for name in program.parameters], np.float64)
     state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
-    method, whole = replace(follower, recompilation=None), replace(times, count=1, step=0.0)
-    trial = Trial(method, families_of(prepared.recording.coordinates), parameters, state, whole, threads)
-    return trial.stiffness(prepared.compilation.tolerance)
+    trial = trial_of(prepared, parameters, state, times, threads)
+    return None if trial is None else trial.stiffness(prepared.compilation.tolerance)

@@ -7,12 +7,12 @@ from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.node import Node, union
-from lagrange_cli.expression.signs import proportional
+from lagrange_cli.expression.signs import proportional, unbroken
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.mechanics.variables import graph_of, numbered, state_symbols
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.guards import BREAK, CUT, EDGE, ROOTED, SIDES, SIMPLE, STEEP, Role
 
@@ -62,6 +62,15 @@ def events_of(
         if simple:
             affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
     return tuple(found), tuple(affected)
+
+
+def jumping_of(model: Model[Node]) -> tuple[int, ...]:
+    """The events whose arguments may come to their other side without being 0. (After actions sides are
+    chosen.)"""
+    moving = state_symbols(model)
+    known = moving | union(model.parameters.values())
+    arguments = enumerate(event.argument for event in model.events)
+    return tuple(i for i, argument in arguments if not unbroken(argument, known, moving))
 
 
 def _alone(model: Model[Node]) -> Sequence[bool]:

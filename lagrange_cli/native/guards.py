@@ -109,6 +109,8 @@ class GuardRow:
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 
+    jumps: bool = False
+    """Whether the argument of an event may come to its other side without being 0."""
     event: int = -1
     """Of resting contact, the guard of its event."""
     pivots: tuple[int, ...] = ()

@@ -82,8 +82,9 @@ class Interface:
     direction, its role, and that number for resting contact, ``EXPLICIT`` where its force follows from other
     forces alone, ``LOOSE`` for an impact without contact, or ``SIMPLE``. ``changed`` are the new values that
     actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
-    events: a simple action, and what it changes the argument of. ``reached`` are the coordinates on which
-    impacts depend that act on one another (pairs of an event and a coordinate), if compiled code does these.
+    events: a simple action, and what it changes the argument of. The arguments of ``jumping`` events may come
+    to their other side without being 0. ``reached`` are the coordinates on which impacts depend that act on
+    one another (pairs of an event and a coordinate), if compiled code does these.
     If it does so while others touch, ``joined`` has for each coordinate itself or, where constraints have
     impulses then, one of those that they couple with it, and ``reached`` these. ``@act`` computes new values,
     two sizes of each event's argument, and the ``masses`` that actions change, of these particles.
@@ -112,6 +113,7 @@ class Interface:
     vectors: tuple[tuple[int, tuple[int, ...]], ...]
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
+    jumping: tuple[int, ...]
     reached: tuple[tuple[int, int], ...]
     joined: tuple[int, ...]
     masses: tuple[str, ...]
@@ -168,8 +170,9 @@ class Interface:
             steep, side = ROOTS.get(one, (False, 0))
             alone = GuardRow(role, first + len(made), multiplier(one))
             made.append(replace(alone, rooted=one in ROOTS, steep=steep, side=side))
-        for direction, kind, _ in self.events:
-            made.append(GuardRow(Role(kind), first + len(made), 0, direction))
+        jumping = set(self.jumping)
+        for event, (direction, kind, _) in enumerate(self.events):
+            made.append(GuardRow(Role(kind), first + len(made), 0, direction, jumps=event in jumping))
         for i, limited in enumerate(self.limits):
             limit = first + len(made) + 2 * i
             kind = self.guards[limited]

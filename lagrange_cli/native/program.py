@@ -19,6 +19,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.native.events import (
     changes_of,
     events_of,
+    jumping_of,
     left_by,
     masses_of,
     number_of,
@@ -226,6 +227,7 @@ def interface_of(
         events=events,
         changed=changed,
         affected=affected,
+        jumping=jumping_of(model) if steps.any else (),
         reached=reached,
         joined=tuple(range(len(model.q))) if reached and not masses else (),
         masses=masses,

@@ -179,6 +179,7 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
                 "beside": one.beside,
                 "parts": one.parts,
                 "placed": one.placed,
+                "jumps": one.jumps,
             }
             for one in rows.guards
         ],

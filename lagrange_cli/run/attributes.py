@@ -95,8 +95,15 @@ def attributes(
         **({} if warning is None else {"warning": warning}),
         **({"projections": outcome.projections} if outcome.projections else {}),
         **({"singular": json.dumps(outcome.singular)} if outcome.singular else {}),
+        **({"methods": json.dumps(methods_told(outcome))} if outcome.changes else {}),
         **trusted(outcome),
     }
+
+
+def methods_told(outcome: Outcome) -> list[dict[str, Any]]:
+    """The methods that a motion has changed to, as JSON."""
+    names = "t", "steps", "method", "tolerance"
+    return [{name: getattr(one, name) for name in names} for one in outcome.changes]
 
 
 def events_told(outcome: Outcome) -> dict[str, Any]:

@@ -34,7 +34,8 @@ def as_before(target: Target, settings: Settings, request: Request) -> Settings:
         return settings
     if settings.automatic and head["method"] in (TAYLOR, STIFF):
         implicit = replace(settings, method=STIFF, tolerance=head["tolerance"])
-        settings = replace(implicit if head["method"] == STIFF else settings, automatic=False)
+        wanted, settings = settings.tolerance, implicit if head["method"] == STIFF else settings
+        settings = replace(settings, as_before=wanted)
     if asked:
         return settings
     step = math.copysign(before["step"], settings.stop - settings.start)

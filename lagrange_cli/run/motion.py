@@ -55,8 +55,8 @@ class Motion:
         """Whether a trial may find another method than the one of the settings (``run.trial``)."""
         settings, spec = self.settings, self.spec
         finest, _ = METHODS[STIFF].tolerances[DOUBLE]
-        chosen = settings.automatic and settings.method == TAYLOR
-        return chosen and settings.tolerance >= finest and not spec.events and any(spec.forces.values())
+        chosen = settings.automatic and settings.method in (TAYLOR, STIFF)
+        return chosen and settings.wanted >= finest and not spec.events and any(spec.forces.values())
 
     def cause(self, end: End) -> Cause | None:
         """The reason in the system for the end of the motion, if it could not go on."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import origin, units_of
@@ -152,6 +152,21 @@ def record(
     return outcome, writer.target
 
 
+def in_force(prepared: Prepared, data: Any) -> Prepared:
+    """What the method is prepared with that an earlier run has come by to such progress; raises
+    ``ValueError``."""
+    from lagrange_cli.integrate.checkpoint import changes_in
+
+    changes = changes_in(data)
+    if not changes:
+        return prepared
+    from lagrange_cli.integrate.changing import Changing
+
+    if not isinstance(prepared.follower, Changing):
+        raise ValueError("of another method")
+    return prepared.follower.prepared(changes)
+
+
 def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared, times: Times) -> Progress:
     """Append what an earlier run had written; returns how far it had come."""
     from lagrange_cli.integrate.checkpoint import Progress
@@ -159,9 +174,10 @@ def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared,
     from lagrange_cli.store.checkpoint import damaged
 
     rows = layout.chunk_rows(samples_before(earlier))
-    checkpoint, program = earlier.checkpoint, prepared.machine.program
+    checkpoint = earlier.checkpoint
     data, arrays = checkpoint.head.get("progress"), checkpoint.arrays
     try:
+        program = in_force(prepared, data).machine.program
         progress = Progress.from_data(data, arrays, program, prepared.recording.conserved, times)
     except ValueError as error:
         raise damaged(earlier.shown) from error

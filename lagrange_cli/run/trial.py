@@ -3,7 +3,7 @@
 Only damping makes it so: where energy is conserved, implicit steps would damp what they do not resolve. At
 full precision steps of order 5 are too short anyway, so that runs without ``--tolerance`` are not tried. A
 trial takes one Taylor step, or, where thousands would follow, some more of them; its result depends on
-nothing but the motion (``integrate.stiffness``).
+nothing but the motion (``integrate.stiffness``). On the way there are further ones (``integrate.changing``).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError
-from lagrange_cli.integrate.methods.table import STIFF
+from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
 from lagrange_cli.records import replace
 from lagrange_cli.run.motion import Motion, Prepare, import_the_rest
 from lagrange_cli.run.prepare import prepare_run
@@ -32,29 +32,50 @@ if TYPE_CHECKING:
 def settled(
     motion: Motion, request: Request, stage: Stage, prepare: Prepare = prepare_run
 ) -> tuple[Motion, Prepare]:
-    """A motion that may be stiff, with the method that suits it, and what prepares it: nothing that a trial
-    has compiled is compiled again.
+    """A motion that may be stiff, with the method that suits it at first, and what prepares it so that it
+    changes where another one is better: nothing that a trial has compiled is compiled again.
 
     What is wrong with a motion is left to the run to find.
     """
-    spec = motion.spec
-    series = with_proofs(spec, motion.settings, iter([motion.values]))
-    meanwhile = partial(import_the_rest, request.format)
+    spec, asked = motion.spec, motion.settings
+    series = with_proofs(spec, replace(asked, method=TAYLOR, tolerance=asked.wanted), iter([motion.values]))
     if series.proven:
         return motion, prepare
-    try:
-        prepared = prepare(spec, series, stage, cached=request.cache, meanwhile=meanwhile)
-        found = tried(prepared, motion, request, stage)
-        if found is not None:
-            implicit = replace(
-                motion.settings, method=STIFF, tolerance=found.tolerance, chosen_because=said(found)
-            )
-            other = prepare(spec, implicit, stage, cached=request.cache)
-            if not other.recording.undetected and found.repays(other.machine.program):
-                return replace(motion, settings=implicit), keeping(prepare, implicit, other)
-    except LagrangeError:
-        return motion, prepare
-    return motion, keeping(prepare, series, prepared)
+    meanwhile = partial(import_the_rest, request.format)
+    chosen = asked
+    made: dict[tuple[str, float], Prepared | None] = {}
+
+    def prepared(method: str, tolerance: float) -> Prepared | None:
+        """What a method is prepared with; None if it may not be used."""
+        if (method, tolerance) not in made:
+            own = replace(series, method=method, tolerance=tolerance)
+            options = {} if made else {"meanwhile": meanwhile}
+            try:
+                found = prepare(spec, own, stage, cached=request.cache, **options)
+            except LagrangeError:
+                return made.setdefault((method, tolerance), None)
+            missed = method == STIFF and found.recording.undetected
+            made[method, tolerance] = None if missed else found
+        return made[method, tolerance]
+
+    begun = prepared(asked.method, asked.tolerance)
+    if begun is None or begun.machine.program.events or begun.machine.program.parts > 1:
+        return motion, prepare if begun is None else keeping(prepare, asked, begun)
+    if not asked.as_before:
+        found = tried(begun, motion, request, stage)
+        other = None if found is None else prepared(STIFF, found.tolerance)
+        if found is not None and other is not None and found.repays(other.machine.program):
+            chosen = replace(asked, method=STIFF, tolerance=found.tolerance, chosen_because=said(found))
+            begun = other
+    from lagrange_cli.integrate.changing import Changing, alike
+
+    def fitting(method: str, tolerance: float) -> Prepared | None:
+        """The same, if states of the two are alike."""
+        other = prepared(method, tolerance)
+        return other if other and alike(begun.machine.program, other.machine.program) else None
+
+    follower = Changing((chosen.method, chosen.tolerance), series.tolerance, fitting)
+    return replace(motion, settings=chosen), keeping(prepare, chosen, replace(begun, follower=follower))
 
 
 def tried(prepared: Prepared, motion: Motion, request: Request, stage: Stage) -> Stiffness | None:

@@ -128,6 +128,10 @@ made_by = table(either(text, number, lambda value: type(value) is list and all(m
 
 event = count, instant, count, instant, count, instant, finite, instant
 """What happened at an event, in the order of ``integrate.events.Happened``."""
+change = {
+    "t": finite, "steps": count, "method": text, "tolerance": finite, "replaces": number, "beyond": count,
+}  # fmt: skip
+"""A change of the method (``integrate.method.MethodChange``)."""
 progress = fields(
     {
         "t": finite, "steps": count, "samples": count, "size": number, "limited": flag,
@@ -136,6 +140,7 @@ progress = fields(
     {
         "base": table(number), "events": sequence(row(*event)), "actions": sequence(number),
         "unknown": table(finite), "singular": sequence(finite), "extent": number,
+        "changes": sequence(fields(change)),
     },
 )  # fmt: skip
 outcome = fields(

@@ -44,7 +44,7 @@ UNREADABLE = {"bicycle"}
 given up at once."""
 REPLAYED = {"newtons_cradle"}
 """Those whose motion a page replays."""
-LONG = {"bicycle", "rattleback"}
+LONG = {"bicycle"}
 """Systems whose program would be too long with the proofs of its steps."""
 
 

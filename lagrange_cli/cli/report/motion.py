@@ -11,7 +11,7 @@ from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, 
 from lagrange_cli.decimals import decimal, scientific
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
-from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state, notes
+from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state, methods_told, notes
 from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ MOST_COORDINATES = 3
 """Coordinates whose final values are shown; where there are more, one less."""
 MOST_SINGULAR = 4
 """Singular configurations whose times are shown."""
+MOST_CHANGES = 4
+"""Changes of the method that are shown."""
 MOST_ROUNDED = 4
 """Inputs that are named."""
 MOST_DRIFTS = 8
@@ -90,6 +92,7 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "warning": doubt(outcome, settings),
         "method": settings.method,
         "tolerance": settings.tolerance,
+        **({"methods": methods_told(outcome)} if outcome.changes else {}),
         "steps": outcome.steps,
         "evaluations": outcome.evaluations,
         "threads": outcome.threads,
@@ -166,6 +169,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"  t = {decimal(settings.start)} to {decimal(outcome.t, 10)} in "
             f"{count_of(outcome.steps, 'step')}"
             f"{on_threads(outcome)}, method {settings.method_shown}",
+            *changes_shown(outcome),
             *final_shown(final_state(outcome)),
             *events_line(events_told(outcome)),
             *(constraints_shown(outcome) if spec.all_constraints else []),
@@ -174,6 +178,17 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             wrote(start, seconds["total"]),
         )
     )
+
+
+def changes_shown(outcome: Outcome) -> list[str]:
+    """The lines of the summary that say where the motion has changed its method; of many the first ones."""
+    said = [
+        f"  from t = {decimal(one.t)}, after {count_of(one.steps, 'step')}, {one.method}, as a step of Radau "
+        f"replaces some {decimal(float(f'{one.replaces:.0e}'))} Taylor steps"
+        for one in outcome.changes[:MOST_CHANGES]
+    ]
+    more = len(outcome.changes) - MOST_CHANGES
+    return [*said, *([f"  and {count_of(more, 'more change')} of the method"] if more > 0 else [])]
 
 
 def on_threads(outcome: Outcome) -> str:

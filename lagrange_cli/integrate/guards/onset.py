@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from lagrange_cli.integrate.guards.apart import Newton, Stage, unit_slopes
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.collocation import STAGES, rule
 from lagrange_cli.integrate.guards.leading import Leading
+from lagrange_cli.integrate.guards.slopes import LinearSlopes, inverse_of
 from lagrange_cli.native.guards import HELD
 from lagrange_cli.records import dataclass
 
@@ -123,13 +124,23 @@ class Onset(Leading):
         if self._apart:
             pivots = [self._rows.guards[j].pivots for j in vectors]
             return unit_slopes(pivots, self.machine.program.degrees)
-        memory, here, found = self.memory.copy(), self._parts(*vectors), []
-        for k in range(self._own.start, self._own.stop):
-            self.memory[k] += 1.0
-            found.append(self._parts(*vectors) - here)
-            self.memory[:] = memory
-        slopes: Array = np.array(found).T
-        return slopes
+        every = self._rows.vectors
+        slopes = self._linear_slopes.at(partial(self._changed_parts, every))
+        firsts = dict(zip(every, self._first_parts(every)))
+        return np.concatenate([slopes[firsts[j] :][: self._rows.guards[j].parts] for j in vectors])
+
+    @cached_property
+    def _linear_slopes(self) -> LinearSlopes:
+        """What the slopes of parts follow from."""
+        return LinearSlopes(self.machine.program.degrees)
+
+    def _changed_parts(self, vectors: Sequence[int], speeds: Array) -> Array:
+        """The parts of vectors with changed velocities."""
+        memory = self.memory.copy()
+        self.memory[self._own] += speeds
+        parts = self._parts(*vectors)
+        self.memory[:] = memory
+        return parts
 
     def _rates_at(self, t: float, places: Array, speeds: Array) -> Array:
         """The rates of all rows but q after a time, in which coordinates and velocities change by so much
@@ -223,6 +234,8 @@ class Onset(Leading):
             self.memory[:] = origin
             return self._rates_at(t, places, speeds)
 
+        newton = Newton(pivots, length * once, rates)
+        step = newton.apart if self._apart else newton.whole
         guesses = [self._guess(t, held, sliding) for t in times]
         found = np.array([one for one, _ in guesses])
         for _ in range(ROUNDS):
@@ -237,8 +250,7 @@ class Onset(Leading):
                 stages.append(Stage(*one, nudges))
             if not np.all(np.isfinite(accelerations)):
                 return None
-            newton = Newton(stages, pivots, length * once, rates)
-            change = (newton.apart if self._apart else newton.whole)(accelerations - found)
+            change = step(stages, accelerations - found)
             if not np.all(np.isfinite(change)):
                 return None
             found = found + change
@@ -311,12 +323,6 @@ class Onset(Leading):
         """Whether arguments have the signs of their modes."""
         arguments = self.coefficients_between(self._rows.first, self._rows.first + self._rows.count)[:, 0]
         return bool(np.all(arguments * self.modes[: len(arguments)] >= 0.0))
-
-
-def inverse_of(matrix: Array) -> Array:
-    """The pseudoinverse of a matrix."""
-    found: Array = np.linalg.pinv(matrix).astype(np.float64)
-    return found
 
 
 def unit(vector: Array) -> Array:

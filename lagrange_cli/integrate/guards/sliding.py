@@ -11,7 +11,8 @@ import numpy as np
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.drag import Drag
 from lagrange_cli.integrate.guards.modes import ROUNDING
-from lagrange_cli.integrate.guards.onset import SOON, inverse_of
+from lagrange_cli.integrate.guards.onset import SOON
+from lagrange_cli.integrate.guards.slopes import inverse_of
 from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import Clock
 

@@ -108,13 +108,18 @@ class Happenings:
 
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
-        length = float(self._sides.settling.last_step[0])
-        return (*self._resting.at_once.state(), length, *map(float, sorted(self._resting.released)))
+        sides = self._sides
+        chosen = np.flatnonzero(sides.at_once(sides.chosen) & (sides.marks > 0.0))
+        numbers = float(sides.settling.last_step[0]), *sorted(self._resting.released), *(-1 - chosen)
+        return (*self._resting.at_once.state(), *map(float, numbers))
 
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
-        self._sides.settling.last_step[0], *released = self._resting.at_once.restore(state)
-        self._resting.released = {*map(int, released)}
+        sides = self._sides
+        sides.settling.last_step[0], *numbers = self._resting.at_once.restore(state)
+        self._resting.released = {int(one) for one in numbers if one >= 0}
+        chosen = np.isin(-1 - np.arange(len(sides.chosen)), numbers)
+        sides.chosen[:] = np.where(chosen, sides.now, np.nan)
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""
@@ -146,7 +151,8 @@ class Happenings:
             return (
                 self._recurs(event, sides.now) if goes_on else self._reports.finished(Ending.RECURRING, event)
             )
-        if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
+        turns = sides.at_zero(event) and not self._driven_back(event)  # to where the motion has come from
+        if turns and not self._crosses_back(event):
             sides.flip(event)
             if event not in self._resting.released:
                 self._sink.grazed(event, sides.now)
@@ -195,6 +201,13 @@ class Happenings:
         if event not in sides.sets:
             return self._reports.finished(Ending.STOPPED, event)
         return self._act(event, sample, at_zero)
+
+    def _crosses_back(self, event: int) -> bool:
+        """Whether another crossing is recorded where the motion turns back at 0: rounding has led the
+        argument beyond 0 there, and it comes back. (None has led it to a side that was chosen at 0.)"""
+        sides = self._sides
+        recorded = self._guards[event + sides.first].role is Role.RECORD
+        return recorded and not sides.at_once(sides.chosen[event])
 
     def _driven_back(self, event: int) -> bool:
         """Whether another action takes the motion back to an event that acts, with a speed."""

@@ -109,7 +109,9 @@ class Resting:
     def has_jumped(self, event: int) -> bool:
         """Whether an argument is beyond 0 because it jumps, not by rounding."""
         sides = self._sides
-        if sides.at_zero(event) or not sides.coefficients(event)[0] * sides.side(event) < 0.0:
+        if not sides.guards.guards[event + sides.first].jumps or sides.at_zero(event):
+            return False
+        if not sides.coefficients(event)[0] * sides.side(event) < 0.0:
             return False
         return sides.has_jumped(event, sides.settling.length(), self.near(event))
 

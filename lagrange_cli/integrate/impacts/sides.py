@@ -56,6 +56,8 @@ class Sides:
         """The marks of all events."""
         self.directions = np.array([one[0] for one in program.events])
         """Those in which their arguments' signs must change; 0 for any."""
+        self.chosen = np.full(len(program.events), np.nan)
+        """When the side of each event was chosen last: not by crossing 0."""
         self._known = Latest["Array"](KNOWN)
         self._present = Latest[dict[str, Any]](KNOWN)
         self.sets: dict[int, list[tuple[int, int]]] = {}
@@ -96,8 +98,11 @@ class Sides:
         """The other events whose arguments have just passed 0, but which have not acted: they did so last at
         these ``times``."""
         now, rates = self._at_zero_now()
-        acted = np.abs(self.now - times) <= SAME * max(abs(self.now), self.settling.length())
-        return _others(event, now & (rates * self.modes > 0.0) & (self.marks > 0.0) & ~acted)
+        return _others(event, now & (rates * self.modes > 0.0) & (self.marks > 0.0) & ~self.at_once(times))
+
+    def at_once(self, times: Array) -> Any:
+        """Which times are not told from now."""
+        return np.abs(self.now - times) <= SAME * max(abs(self.now), self.settling.length())
 
     def _at_zero_now(self) -> tuple[NDArray[np.bool_], Array]:
         """Which arguments of events are 0, as far as times can be told; and their rates."""
@@ -292,7 +297,7 @@ class Sides:
         """The side of an event at the state as it is. Its argument's coefficients are ``values``, and up to
         ``noise`` it is 0; its rate's terms are as large as ``rate``. Returns whether it does not stay 0."""
         settling, j = self.settling, event + self.first
-        settling.marks[j] = 0.0
+        settling.marks[j], self.chosen[event] = 0.0, self.now
         leads: float | None = float(values[0])
         if not abs(values[0]) > noise:
             settling.mark([j])

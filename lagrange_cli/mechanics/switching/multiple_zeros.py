@@ -1,5 +1,8 @@
 """Events at multiple zeros: where u**3 is 0, u is, and that is a zero which rounding does not blur.
 
+A factor that is never negative, such as u**2 or abs(u), changes no sign where it is 0. With 1 + u**2 in its
+place nothing happens there, which rounding would decide else. It is undefined where u is.
+
 Powers that are multiplied out, such as x**3 - 3*x**2 + 3*x - 1, are found as squares are (see
 ``expression.squares``).
 """
@@ -13,6 +16,7 @@ from typing import Any
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of
 from lagrange_cli.expression.polynomials import HIGHEST, LONG_NOISE, NOISE
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.expression.squares import power
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -20,8 +24,8 @@ from lagrange_cli.records import replace
 
 
 def with_simple_zeros(model: Model[Node]) -> Model[Node]:
-    """``model`` with odd powers of factors of events' expressions as the first power, and even ones as the
-    second: they have the same zeros and signs."""
+    """``model`` with odd powers of factors of events' expressions as the first power, and factors that are
+    never negative without zeros: signs change where they did."""
     if not model.events:
         return model
     graph = graph_of(model)
@@ -32,13 +36,17 @@ def with_simple_zeros(model: Model[Node]) -> Model[Node]:
 def with_simple_zero(graph: Graph, node: Node) -> Node:
     """The same for one expression."""
     scale, u = graph.split_coefficient(collected(graph, node))
-    spare = {a: -(e - 2 + e % 2) for a, e in factors(u).items() if e > 2}
+    if u.kind is Kind.SUM and signs(u, {}) is Sign.NEVER_NEGATIVE:
+        return scale * (1.0 + u * u)
+    own = {a: e for a, e in factors(u).items() if e > 0}
+    even = [a for a, e in own.items() if e % 2 == 0 or signs(a, {}) is Sign.NEVER_NEGATIVE]
+    spare = {a: (0 if a in even else 1) - e for a, e in own.items() if e > 1 or a in even}
     if u.kind is Kind.SUM and spare:  # so that factors of all terms do not stand before the sum
         terms = zip(u.arguments, u.data[1])
         u = graph.sum((graph.product([(term, 1), *spare.items()]), c) for term, c in terms)
     elif spare:
         u = graph.product([(u, 1), *spare.items()])
-    return scale * u
+    return scale * graph.product([(u, 1), *((1.0 + a * a, 1) for a in even)])
 
 
 def collected(graph: Graph, node: Node) -> Node:

@@ -86,7 +86,8 @@ class Evaluation:
     ) -> list[Operands]:
         """Expressions of eight members, of which so much is ``known``; in their arithmetic, or another."""
         found = dict(known)
-        emit_values(kind or self.emitter, [*nodes], found, Everywhere(self.tables.constants.slots))
+        constants = Everywhere(self.tables.constants.slots)
+        emit_values(kind or self.emitter, [*nodes], found, constants, inverses=True)
         return [found[node] for node in nodes]
 
     def write(self, totals: Sequence[Total]) -> None:

@@ -80,6 +80,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             vectors=() if self.modes is None else tuple(self.modes.vectors),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), reached=self.reached(),
+            jumping=tuple(range(self.events.count)) if self.events and self.events.jumping else (),
             joined=self.joined, masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count,
             pattern=self.pattern,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from fractions import Fraction
 from math import comb
 
-from lagrange_cli.native.guards import NOTES, GuardRows
+from lagrange_cli.native.guards import BRIEF, NOTES, NOWHERE, GuardRows
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
@@ -169,6 +169,8 @@ class Watching:
             with f.when((root >= 0.0) & ((root < none) | (known >= length.get())) & (within >= length.get())):
                 sure.leave()
             shorter = f.select(root < 0.0, length.get() * NEARER, known)
+            with f.when((root < 0.0) & (shorter <= self._brief(f, which))):
+                sure.leave()
             length.set(f.select(within < length.get(), within, shorter))
             with f.when(~(steps.retried(f, length.get()) > 0.0)):
                 f.give(none, which, length.get())
@@ -187,7 +189,7 @@ class Watching:
             f.give(f.select(now, f.constant(0.0), root), which, known)
         end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
         lost = f.variable(f.count(0))
-        with f.section() as found, f.loop(0, TIMES, tested=False):
+        with f.section() as found, f.loop(0, TIMES, tested=False) as i:
             x = end.get()
             with f.when(~(steps.retried(f, x) > 0.0)):
                 f.give(none, which, x)  # @advance goes back from where rates are not finite
@@ -201,13 +203,21 @@ class Watching:
                 end.set(root)
             with f.otherwise():
                 lost.set(lost.get() + 1)
-                with f.when((x >= h) | (lost.get() >= LOST)):
+                with f.when((x >= h) | (lost.get() >= LOST) | i.equals(TIMES - 1)):
                     steps.retried(f, h)
                     root, which, known = guards.first(f, h, unit)
                     f.give(f.select(self._crosses(f, which, h), root, none), which, known)
                 end.set(f.smaller(x * AHEAD, h))
         f.give(end.get(), guard.get(), h)
         return f
+
+    def _brief(self, f: Function, which: Integer) -> Real:
+        """How long a step is, at most, after which the argument of a guard that was 0 still is: with such
+        steps alone the motion would not come away from there."""
+        guards = self.steps.guards
+        assert guards
+        mark = f.load("%state", which + guards.rows.fresh(guards.layout))
+        return f.larger(mark * BRIEF, f.magnitude(self.steps.now(f)) * NOWHERE)
 
     def _crosses(self, f: Function, which: Integer, h: Real) -> Bit:
         """Whether the argument of a guard is on the other side where the step of ``h`` ends. Otherwise a root

@@ -5,8 +5,9 @@ Small integer powers are products, of square roots where the exponent is half an
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar, cast
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import TypeAlias, TypeVar, cast
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.kind import Number, NumberKind, V
@@ -14,6 +15,8 @@ from lagrange_cli.records import dataclass, field
 
 K = TypeVar("K")
 X = TypeVar("X")
+Powers: TypeAlias = "tuple[tuple[Node, Number], ...]"
+"""Factors and their exponents."""
 
 
 class Loaded(dict[K, X]):
@@ -85,12 +88,18 @@ def add_scaled(kind: NumberKind[V], total: V | None, value: V | None, factor: Nu
 
 
 def emit_values(
-    kind: NumberKind[V], nodes: list[Node], known: dict[Node, V | None], constants: Constants | None
+    kind: NumberKind[V],
+    nodes: list[Node],
+    known: dict[Node, V | None],
+    constants: Constants | None,
+    *,
+    inverses: bool = False,
 ) -> None:
     """Compute ``nodes`` into ``known``, which holds the symbols' values (and any node computed before).
 
     With ``constants``, a node that ``known`` has no symbol for is a constant of the motion and comes
-    from its slot.
+    from its slot. With ``inverses``, quotients with the same denominator are products with its inverse: of
+    all arithmetic, divisions take longest.
     """
     moving = 0
     for node in known:
@@ -111,14 +120,62 @@ def emit_values(
             return False
         return constants is None or bool(node.symbols & moving)
 
-    for node in reachable(nodes, enter):
-        known[node] = emit_node(kind, node, inner)
+    order = reachable(nodes, enter)
+    times = Counter(map(denominator, order)) if inverses else Counter()
+    found: dict[Powers, V | None] = {}
+
+    def quotient(above: V | None, powers: Powers) -> V | None:
+        if times[powers] < 2:
+            below = emit_product(kind, powers, inner)
+            return above if below == kind.one else kind.div(above, below)
+        if powers not in found:
+            found[powers] = kind.div(kind.one, emit_product(kind, powers, inner))
+        return kind.mul(above, found[powers])
+
+    multiples = dict[tuple[Node, Number], V | None]()
+    for node in order:
+        number, factor = multiple(node)
+        if number is not None and (number, -factor) in multiples:  # no rounding differs
+            known[node] = kind.neg(multiples[number, -factor])
+            continue
+        known[node] = emit_node(kind, node, inner, quotient)
+        if number is not None:
+            multiples[number, factor] = known[node]
     for node in nodes:
         known.setdefault(node, inner(node))
 
 
-def emit_node(kind: NumberKind[V], node: Node, inner: Callable[[Node], V | None]) -> V | None:
-    """One node from its arguments' values."""
+def multiple(node: Node) -> tuple[Node | None, Number]:
+    """What a node is a multiple of, and by which factor."""
+    if node.kind is not Kind.SUM or len(node.arguments) != 1 or node.data[0] != 0:
+        return None, 1
+    return node.arguments[0], node.data[1][0]
+
+
+def denominator(node: Node) -> Powers:
+    """What a product is divided by."""
+    if node.kind is not Kind.PRODUCT:
+        return ()
+    return tuple((one, -exponent) for one, exponent in zip(node.arguments, node.data) if exponent < 0)
+
+
+def emit_product(
+    kind: NumberKind[V], powers: Iterable[tuple[Node, Number]], inner: Callable[[Node], V | None]
+) -> V | None:
+    """The product of powers."""
+    found: V | None = kind.one
+    for argument, exponent in powers:
+        found = kind.mul(found, emit_power(kind, inner(argument), exponent))
+    return found
+
+
+def emit_node(
+    kind: NumberKind[V],
+    node: Node,
+    inner: Callable[[Node], V | None],
+    quotient: Callable[[V | None, Powers], V | None],
+) -> V | None:
+    """One node from its arguments' values; ``quotient`` divides by a denominator."""
     arguments = node.arguments
     if node.kind is Kind.SUM:
         constant, coefficients = node.data
@@ -127,15 +184,9 @@ def emit_node(kind: NumberKind[V], node: Node, inner: Callable[[Node], V | None]
             total = add_scaled(kind, total, inner(argument), coefficient)
         return total
     if node.kind is Kind.PRODUCT:
-        above: V | None = kind.one
-        below: V | None = kind.one
-        for argument, exponent in zip(arguments, node.data):
-            power = emit_power(kind, inner(argument), abs(exponent))
-            if exponent > 0:
-                above = kind.mul(above, power)
-            else:
-                below = kind.mul(below, power)
-        return above if below == kind.one else kind.div(above, below)
+        positive = ((one, exponent) for one, exponent in zip(arguments, node.data) if exponent > 0)
+        above, powers = emit_product(kind, positive, inner), denominator(node)
+        return quotient(above, powers) if powers else above
     if node.kind in (Kind.POWER, Kind.FUNCTION):
         name = "pow" if node.kind is Kind.POWER else node.data
         return kind.function(name, *map(inner, arguments))

@@ -49,7 +49,7 @@ def advance(steps: DividedSteps) -> str:
     steps.forget(f)
     if at.listed and steps.given.near:
         steps.given.near.renew(f)
-    with f.forever() as rounds:
+    with at.rounds() as rounds:
         t, low = at.clock(Clock.TIME), at.clock(Clock.TIME_LOW)
         now, regular = steps.expand(f, Now(t, low, at.clock(Clock.STEP), at.one), at.leaving_at_once)
         with f.when(~at.pending.get().equals(NOTHING)):

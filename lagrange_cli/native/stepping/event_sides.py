@@ -1,22 +1,17 @@
-"""Sides of events whose arguments have not come through 0: after actions, and where they jump."""
+"""Sides of events after actions, where arguments have not come through 0."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.native.guards import SMALLEST, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.at_once import NOTHING
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
-
-JUMP = 2.0**-20
-"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
 
 @dataclass(frozen=True)
@@ -26,24 +21,6 @@ class EventSides:
     rows: GuardRows
     layout: StateLayout
     lengths: Lengths
-
-    def pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
-        """Change the side of an event whose argument is on the other one, but not because it was 0: it has
-        jumped there, as over the cut of atan2. (The caller decides this where an action is not simple, or a
-        member bounces: no impact must be passed over.)"""
-        at = j + self.rows.mode(self.layout)
-        row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
-        mode, u, h = f.load("%state", at), f.load(row, term), Real(f, "%h")
-        slope, bend = f.magnitude(f.load(row, 2 * term)) * 2.0, f.magnitude(f.load(row, 3 * term)) * 3.0
-        role = f.load_integer("@guard_roles", j)
-        ends = (role for role in (Role.BREAK, Role.EDGE) if any(one.role is role for one in self.rows.guards))
-        others = (Role.SWITCH, Role.HOLD, Role.ACTION, Role.REST, Role.CUT, *ends)
-        event = ~reduce(or_, [role.equals(one) for one in others])
-        if self.rows.bounces:
-            event = event & f.load_integer("@bounces", j).equals(NOTHING)
-        jumped = f.magnitude(u) > f.fused(bend, h, slope) * h * JUMP
-        with f.when(~fresh & (u * mode < 0.0) & jumped & event):
-            f.store(-mode, "%state", at)
 
     def decide(self, f: Function, j: Integer) -> None:
         """Set the mode of an event that has none since an action has been done."""

@@ -189,8 +189,6 @@ class GuardSearch:
             fresh = mark > 0.0
             with f.when(mark > SMALLEST):  # what counts as rounding depends on how far one looks
                 reach.set(f.smaller(reach.get(), mark * WIDER / Real(f, "%unit")))
-            if rows.events:
-                self.sides.pass_jump(f, j, fresh)
             mode = f.load("%state", j + rows.mode(layout))
             with f.when(~mode.equals(0.0) & self._has_roots(f, j)):
                 row = f.load_integer("@guard_rows", j)

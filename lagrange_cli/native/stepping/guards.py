@@ -20,7 +20,6 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import NOTE
 from lagrange_cli.native.stepping.at_once import LEAVES, UNCLEAR, hits
-from lagrange_cli.native.stepping.event_sides import JUMP
 from lagrange_cli.native.stepping.guard_search import FROM_BOTH, GuardSearch
 from lagrange_cli.native.stepping.near import NearPlaces
 from lagrange_cli.native.stepping.passing import NEVER, kind_of, passing_tables
@@ -30,6 +29,8 @@ from lagrange_cli.records import dataclass
 
 AWAY, CHANGED, NOTED = range(3)
 """The results of ``@flip``: the caller of ``@advance`` decides; other equations hold; the same ones do."""
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
@@ -65,6 +66,7 @@ class GuardCode(GuardSearch):
             *stopping_tables(self.rows),
             *(passing_tables(self.rows) if self.passing else []),
             *([table("guard_roots", self._roots)] if self._rooted else []),
+            *([table("guard_jumps", [int(one.jumps) for one in guards])] if self._jumping else []),
             *(
                 [table("guard_steep", [int(one.steep) for one in guards])]
                 if self.interpolated and self.steep
@@ -77,6 +79,11 @@ class GuardCode(GuardSearch):
     def _roots(self) -> list[int]:
         """Of each guard, on which side of 0 forces contain a root of its argument."""
         return [(FROM_BOTH + one.side) * one.rooted for one in self.rows.guards]
+
+    @property
+    def _jumping(self) -> bool:
+        """Whether any event may be passed without being 0."""
+        return any(one.jumps for one in self.rows.guards)
 
     def _flip(self) -> Function:
         """``@flip(state, constants, j, trial, info, work, sample)``: change the mode of a guard, or do what
@@ -152,6 +159,10 @@ class GuardCode(GuardSearch):
             leaving = (Role.HOLD, Role.REST, *self._breaks, *self._edges)
             with f.when(reduce(or_, [role.equals(one) for one in leaving])):
                 f.give(f.count(AWAY))
+            if self._jumping:  # or rounding leads there: the caller knows how large terms are
+                jumps = f.load_integer("@guard_jumps", j).equals(1)
+                with f.when(jumps & self._has_jumped(f, j, before)):
+                    f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
                 changing.leave()
             count = f.load_integer(info, RECORDED)

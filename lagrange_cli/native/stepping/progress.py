@@ -3,8 +3,12 @@ confirmed, the samples that are taken, and what leads out of it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from lagrange_cli.native.guards import DUE, RECORDED
 from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.llvm.flow import Loop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.state import BEGINNING, Clock
@@ -52,6 +56,8 @@ class Progress:
         """Whether the step before ends where a vector is 0 that friction acts along."""
         self.whole = f.variable(no)
         """Whether the next step to a root is not divided."""
+        self._results = tuple(f.variable(f.count(0)) for _ in range(3))
+        self._rounds: Loop | None = None
 
     # ------------------------------------------------------------------ the state
 
@@ -80,13 +86,24 @@ class Progress:
 
     def leave(self, code: Index, steps: Integer | None = None, samples: Integer | None = None) -> None:
         """Return ``code`` after so many ``steps`` and ``samples``, by default all that were taken."""
+        assert self._rounds
+        code = code if isinstance(code, Integer) else self.f.count(code)
+        for one, value in zip(self._results, (samples or self.index.get(), steps or self.taken.get(), code)):
+            one.set(value)
+        self._rounds.leave()
+
+    @contextmanager
+    def rounds(self) -> Iterator[Loop]:
+        """Round after round, until one of them leads out; then what is returned. Its code is written once."""
         f = self.f
-        steps = steps or self.taken.get()
-        for i, value in enumerate((samples or self.index.get(), steps, self.limited.get())):
+        with f.forever() as self._rounds:
+            yield self._rounds
+        samples, steps, code = (one.get() for one in self._results)
+        for i, value in enumerate((samples, steps, self.limited.get())):
             f.store(value, self.info, i)
         if self.due is not None:
             f.store(self.due.get(), self.info, DUE)
-        f.give(code if isinstance(code, Integer) else f.count(code))
+        f.give(code)
 
     def leave_divided(self, steps_before: Integer) -> None:
         """If a stop was requested while a step was divided, stop before this step, which will be repeated."""

@@ -18,6 +18,7 @@ class Happenings {
     this.released = new Set();
     this.rests = new Map(this.events.flatMap((one, e) => (one.rest < 0 ? [] : [[e, one.rest]])));
     this.standstill = new Standstill(this);
+    this.chosen = this.events.map(() => NaN); // when the side of each was chosen last, not by crossing 0
     this.same = 0;
     this.latest = -Infinity;
     this.start = settling.now;
@@ -138,7 +139,7 @@ class Happenings {
     if (this.standstill.leaving(e, this.settling.now)) { this.flip(e); return this.recurs(e, this.settling.now); }
     if (this.hasJumped(e)) { this.modes[due] *= -1; return this.recurs(e, this.settling.now); }
     if (this.leavesZero(e)) { this.settling.mark([due]); return this.recurs(e, this.settling.now); }
-    if (this.atZero(e) && !this.drivenBack(e)) {
+    if (this.atZero(e) && !this.drivenBack(e) && !this.crossesBack(e)) {
       const held = this.held();
       if (this.rests.has(e)) this.hold(e, this.side(e)); else this.flip(e);
       this.chooseSwitches(held);
@@ -171,11 +172,13 @@ class Happenings {
 
   // Those whose arguments have just passed 0, but which have not acted.
   passed(event) {
-    const acted = (e) => Math.abs(this.settling.now - this.memory[this.rows.times + 2 * e]) <= this.noTime;
+    const acted = (e) => this.atOnce(this.memory[this.rows.times + 2 * e]);
     return this.others(event, (e, ahead) => ahead > 0 && this.atZero(e) && !acted(e));
   }
 
   get noTime() { return SAME * Math.max(Math.abs(this.settling.now), this.settling.clock(Clock.STEP)); }
+
+  atOnce(t) { return Math.abs(this.settling.now - t) <= this.noTime; }
 
   others(event, chosen) {
     const rows = this.allCoefficients(), time = this.noTime;
@@ -211,7 +214,7 @@ class Happenings {
   // Whether its argument is beyond 0 because it jumps, as over the cut of atan2.
   hasJumped(e) {
     const [value, rate, bend] = this.seriesOf(e), side = this.side(e), length = this.settling.clock(Clock.STEP);
-    if (this.atZero(e) || !(value * side < 0)) return false;
+    if (!this.rows.guards[e + this.first].jumps || this.atZero(e) || !(value * side < 0)) return false;
     const [size, speed] = this.actOn(this.state(this.memory)).sizes[e];
     const changes = JUMP * length * (Math.abs(rate) + length * Math.abs(bend));
     const time = this.settling.now - this.start, moved = time * (speed + time * this.settling.scale()[1]);
@@ -231,6 +234,9 @@ class Happenings {
     const rate = this.actOn(this.state(this.memory)).sizes[e][1];
     return this.seriesOf(e)[1] * this.side(e) < -ROUNDING * rate;
   }
+
+  // Whether a crossing that is recorded, and turns back at once, is followed by another one.
+  crossesBack(e) { return this.rows.guards[e + this.first].role === Role.RECORD && !this.atOnce(this.chosen[e]); }
 
   // Change what the event's action changes.
   act(e, sample, atZero) {
@@ -298,6 +304,7 @@ class Happenings {
   // The side of an event at the state as it is. Up to `noise` its argument is 0; its rate's terms are `rate`.
   chooseSide(e, values, noise, rate) {
     const { settling } = this, j = e + this.first;
+    this.chosen[e] = settling.now;
     settling.marks[j] = 0;
     let leads = values[0];
     if (!(Math.abs(leads) > noise)) {

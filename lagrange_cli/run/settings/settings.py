@@ -54,6 +54,13 @@ class Settings:
     automatic: bool = False
     """Whether the method is what ``--method auto`` means for any motion of the system, so that a trial may
     find another one (``run.trial``)."""
+    as_before: float | None = None
+    """The tolerance that is asked for, if the run extends another one, whose method and tolerance it has."""
+
+    @property
+    def wanted(self) -> float:
+        """The tolerance that is asked for."""
+        return self.tolerance if self.as_before is None else self.as_before
 
     @property
     def method_shown(self) -> str:
