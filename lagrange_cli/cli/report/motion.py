@@ -184,7 +184,7 @@ def changes_shown(outcome: Outcome) -> list[str]:
     """The lines of the summary that say where the motion has changed its method; of many the first ones."""
     said = [
         f"  from t = {decimal(one.t)}, after {count_of(one.steps, 'step')}, {one.method}, as a step of Radau "
-        f"replaces some {decimal(float(f'{one.replaces:.0e}'))} Taylor steps"
+        f"replaces some {decimal(float(scientific(one.replaces, 0)))} Taylor steps"
         for one in outcome.changes[:MOST_CHANGES]
     ]
     more = len(outcome.changes) - MOST_CHANGES
