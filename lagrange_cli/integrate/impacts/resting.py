@@ -107,9 +107,11 @@ class Resting:
         return modes
 
     def has_jumped(self, event: int) -> bool:
-        """Whether an argument is beyond 0 because it jumps, not by rounding."""
+        """Whether an argument is beyond 0 because it jumps. What is only recorded does not happen either
+        where the motion rests, and its argument is nothing but rounding errors."""
         sides = self._sides
-        if not sides.guards.guards[event + sides.first].jumps or sides.at_zero(event):
+        guard = sides.guards.guards[event + sides.first]
+        if not (guard.jumps or guard.role is Role.RECORD) or sides.at_zero(event):
             return False
         if not sides.coefficients(event)[0] * sides.side(event) < 0.0:
             return False

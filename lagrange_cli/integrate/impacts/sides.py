@@ -19,6 +19,8 @@ SAME = 2.0**-46
 """Zeros within this part of the time, or of a step, are at the same time."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+TREMBLES = 2.0**-8
+"""The same where nothing jumps: it is rounded, as where the motion rests."""
 KNOWN = 4
 """What actions set is kept for so many states."""
 COUPLED = 1.0
@@ -111,10 +113,11 @@ class Sides:
         return np.abs(values) <= np.abs(rates) * time, rates
 
     def has_jumped(self, event: int, length: float, near: float) -> bool:
-        """Whether its argument, which is beyond 0, jumps, as over the cut of atan2: by more than rounding,
-        that is ``near``, and than it changes in a step of this ``length``."""
-        value, rate, bend = np.abs(self.coefficients(event)[:3])
-        changes = JUMP * length * (rate + length * bend)
+        """Whether its argument, which is beyond 0, jumps, as over the cut of atan2, or trembles by rounding:
+        it is off by more than is ``near`` 0, and than it changes in a step of this ``length``."""
+        value, *others = np.abs(self.coefficients(event)).tolist()
+        part = JUMP if self.guards.guards[event + self.first].jumps else TREMBLES
+        changes = part * sum(one * length**k for k, one in enumerate(others, 1))
         return bool(value > max(ROUNDING * self.sizes()[event, 0], near, changes))
 
     def coefficients(self, event: int) -> Array:

@@ -159,10 +159,11 @@ class GuardCode(GuardSearch):
             leaving = (Role.HOLD, Role.REST, *self._breaks, *self._edges)
             with f.when(reduce(or_, [role.equals(one) for one in leaving])):
                 f.give(f.count(AWAY))
-            if self._jumping:  # or rounding leads there: the caller knows how large terms are
-                jumps = f.load_integer("@guard_jumps", j).equals(1)
-                with f.when(jumps & self._has_jumped(f, j, before)):
-                    f.give(f.count(AWAY))
+            doubtful = role.equals(Role.RECORD)  # rounding leads there: the caller knows how large terms are
+            if self._jumping:
+                doubtful = doubtful | f.load_integer("@guard_jumps", j).equals(1)
+            with f.when(doubtful & self._has_jumped(f, j, before)):
+                f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
                 changing.leave()
             count = f.load_integer(info, RECORDED)

@@ -213,10 +213,12 @@ class Happenings {
 
   // Whether its argument is beyond 0 because it jumps, as over the cut of atan2.
   hasJumped(e) {
-    const [value, rate, bend] = this.seriesOf(e), side = this.side(e), length = this.settling.clock(Clock.STEP);
-    if (!this.rows.guards[e + this.first].jumps || this.atZero(e) || !(value * side < 0)) return false;
+    const [value, ...others] = this.seriesOf(e), side = this.side(e), length = this.settling.clock(Clock.STEP);
+    const { jumps, role } = this.rows.guards[e + this.first];
+    if (!(jumps || role === Role.RECORD) || this.atZero(e) || !(value * side < 0)) return false;
     const [size, speed] = this.actOn(this.state(this.memory)).sizes[e];
-    const changes = JUMP * length * (Math.abs(rate) + length * Math.abs(bend));
+    const part = jumps ? JUMP : TREMBLES;
+    const changes = part * others.reduce((sum, one, k) => sum + Math.abs(one) * length ** (k + 1), 0);
     const time = this.settling.now - this.start, moved = time * (speed + time * this.settling.scale()[1]);
     return -value * side > Math.max(ROUNDING * size, ROUNDING * moved, changes);
   }

@@ -6,7 +6,7 @@ const ROUNDING = 2 ** -44;      // a derivative that is so small beside the term
 const NEAR = 2 ** -48;          // an argument that is this part of coordinates may be rounding
 const JUST = 2 ** -45;          // a change of a mode so short a part of the time ago has just been
 const HELD = 1 + 2 ** -40;      // multipliers up to this hold the motion
-const JUMP = 2 ** -20;
+const JUMP = 2 ** -20, TREMBLES = 2 ** -8;
 const SOON = 2 ** -30, SHORT = 2 ** -26;
 const ROUNDED = 1e-16;          // the square of a jump that is rounding (`mechanics/cuts.py`)
 const CHANGES = 64;
