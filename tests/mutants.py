@@ -150,8 +150,8 @@ MUTATIONS = {
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[a changing length]",),
     ),
     "an impulse's sign": Mutation(
-        "integrate/impacts/impulses.py", "high[own] += moved",
-        "high[own] -= moved",
+        "integrate/impacts/impulses.py", "added(state[:, own], moved)",
+        "added(state[:, own], -moved)",
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[impacts]",),
     ),
     "the side of a section's root": Mutation(
