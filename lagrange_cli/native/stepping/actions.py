@@ -17,7 +17,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.at_once import NOTHING, AtOnce, hits, write_speeds
+from lagrange_cli.native.stepping.at_once import NOTHING, AtOnce, hits, without_auxiliary, write_speeds
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -264,16 +264,10 @@ class ActionCode:
         results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
         time, one = f.place(state, layout.time), f.count(1)
         if rows.degrees < layout.degrees:
-            state, results = self._without_auxiliary(f, results), f.place(results, 2 * rows.degrees, "double")
+            state = without_auxiliary(f, rows, layout, results)
+            results = f.place(results, 2 * rows.degrees, "double")
         if self.alone and not rows.reached and j is not None:
             f.call(None, ALONE, f.pointer("%constants"), time, state, results, j - rows.first_event)
         else:
             f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
         return results
-
-    def _without_auxiliary(self, f: Function, place: Pointer) -> Pointer:
-        """The coordinates and velocities alone, copied to a ``place``."""
-        degrees, state = self.rows.degrees, f.pointer("%state")
-        for part in range(2):
-            f.copy_rows((state, part * self.layout.degrees), (place, part * degrees), degrees, 1)
-        return place

@@ -255,14 +255,20 @@ def hits(f: Function, j: Integer) -> Bit:
     return simple & ~f.load_integer("@rests_at", j).equals(NOTHING)
 
 
+def without_auxiliary(f: Function, rows: GuardRows, layout: StateLayout, place: Pointer) -> Pointer:
+    """The coordinates and velocities of a state alone: copied to a ``place``, if there are others."""
+    state, degrees = f.pointer("%state"), rows.degrees
+    if degrees == layout.degrees:
+        return state
+    for part in range(2):
+        f.copy_rows((state, part * layout.degrees), (place, part * degrees), degrees, 1)
+    return place
+
+
 def write_speeds(f: Function, rows: GuardRows, layout: StateLayout, results: Pointer, to: Pointer) -> None:
     """Compute the rates of contacts' arguments in a state; in front of ``results`` there is room."""
-    state, time, one = f.pointer("%state"), f.place("%state", layout.time), f.count(1)
-    moving = state
-    if rows.degrees < layout.degrees:  # without auxiliary coordinates
-        moving = f.place(results, -2 * rows.degrees, "double")
-        for part in range(2):
-            f.copy_rows((state, part * layout.degrees), (moving, part * rows.degrees), rows.degrees, 1)
+    room = f.place(results, -2 * rows.degrees, "double") if rows.degrees < layout.degrees else results
+    moving, time, one = without_auxiliary(f, rows, layout, room), f.place("%state", layout.time), f.count(1)
     f.call(None, "speeds", f.pointer("%constants"), time, moving, to, one, one)
     contacts = {guard for guard, _ in rows.reached}
     numbers = [n for n, (guard, _) in enumerate(rows.bounces) if guard in contacts]
