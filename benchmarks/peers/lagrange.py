@@ -20,6 +20,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.follow import ensemble_method
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import EndedMembers, Section, Starts
+from lagrange_cli.integrate.method import Start
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -132,15 +133,10 @@ def steps_of(
         ),
     )  # fmt: skip
     resolve = resolve_portable_values if portable else resolve_values if double else resolve_long_values
-    values, program = resolve(spec), prepared.machine.program
-    parts = [values] if values.remainder is None else [values, values.remainder]
-    parameters = np.array([one.parameters[name] for one in parts for name in program.parameters])
-    state = np.concatenate([x for one in parts for x in (one.q, one.v, np.zeros(len(program.integrals)))])
+    start = Start.of(prepared.machine.program, resolve(spec), Times(0.0, stop, 2, stop))
 
     def run() -> int:
-        times = Times(0.0, stop, 2, stop)
-        follow = prepared.follower.follow
-        return follow(parameters, state, times).steps
+        return prepared.follower.follow(start).steps
 
     return run
 
@@ -161,7 +157,7 @@ def large(lattice: Lattice, *, tolerance: float = FULL_PRECISION) -> Engine:
 
     def follow(initial: Array) -> Course:
         times = Times(0.0, lattice.stop, 2, lattice.stop)
-        end = made.follower.follow(given, initial, times)
+        end = made.follower.follow(Start(given, initial, times))
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)
         return Course(end.state[:, None], end.steps)
@@ -178,7 +174,7 @@ def stiff(motion: Stiff, *, method: str, tolerance: float) -> Engine:
 
     def follow(initial: Array) -> Course:
         times = Times(0.0, motion.stop, 2, motion.stop)
-        end = made.follower.follow(np.empty(0), initial, times)
+        end = made.follower.follow(Start(np.empty(0), initial, times))
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)
         return Course(end.state[:, None], end.steps)

@@ -99,6 +99,7 @@ def energy(x: Array, v: Array) -> np.longdouble:
 def lagrange(case: Case, method: str, *, threads: int = 1, processor: bool = True) -> Follow:
     """This project, without samples between; it tells seconds of the ``processor``, or of the clock."""
     from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.method import Start
     from lagrange_cli.integrate.precision import FULL_PRECISION
     from lagrange_cli.integrate.prepare import prepare_system
     from lagrange_cli.integrate.times import Times
@@ -111,8 +112,8 @@ def lagrange(case: Case, method: str, *, threads: int = 1, processor: bool = Tru
 
     def follow(x: Array, v: Array) -> tuple[Array, Array, int, float]:
         state = np.concatenate([x.ravel(), v.ravel()])
-        times = Times(0.0, case.stop, 2, case.stop)
-        run = partial(prepared.follower.follow, np.empty(0), state, times, threads=threads)
+        start = Start(np.empty(0), state, Times(0.0, case.stop, 2, case.stop))
+        run = partial(prepared.follower.follow, start, threads=threads)
         clock, spent, end = timed_by_both(run)
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)

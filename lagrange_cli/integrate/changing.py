@@ -16,7 +16,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import UNOBSERVED, End, MethodChange, Observer, Snapshot
+from lagrange_cli.integrate.method import UNOBSERVED, End, MethodChange, Observer, Snapshot, Start
 from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
 from lagrange_cli.integrate.stiffness import CHEAP, PRICE, trial_of
 from lagrange_cli.native.state import CARRIED_COUNT, Clock
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from collections.abc import Hashable
 
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.times import Times
     from lagrange_cli.native.interface import Interface
 
 OFTEN, LOOKED, RARELY = 1024, PRICE / 16, 8
@@ -48,23 +47,15 @@ class Changing:
     asked: float
     prepare: Callable[[str, float], Prepared | None]
 
-    def follow(
-        self,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        observer: Observer = UNOBSERVED,
-        threads: int | None = 1,
-    ) -> End:
+    def follow(self, start: Start, observer: Observer = UNOBSERVED, threads: int | None = 1) -> End:
         """See ``integrate.method.Method``."""
-        given = parameters, state, times
         begin = observer.checkpoints.begin
         while True:
             if begin is not None:
                 program = self.prepared(begin.changes).machine.program
                 if is_due(program, begin.steps - steps_before(begin.changes)):
-                    begin = self._changed(begin, *given, threads)
-            end, looked = self._until_a_look(begin, *given, observer, threads)
+                    begin = self._changed(begin, start, threads)
+            end, looked = self._until_a_look(begin, start, observer, threads)
             if not looked:
                 return end
             begin = end.snapshot
@@ -78,13 +69,7 @@ class Changing:
         return found
 
     def _until_a_look(
-        self,
-        begin: Snapshot | None,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        observer: Observer,
-        threads: int | None,
+        self, begin: Snapshot | None, start: Start, observer: Observer, threads: int | None
     ) -> tuple[End, bool]:
         """Follow the motion until it is to be looked at; and whether that is why it has ended."""
         changes = () if begin is None else begin.changes
@@ -118,29 +103,27 @@ class Changing:
         samples = observer.samples
         if labels(there) != labels(here):
             samples = partial(handed_over, there, here, observer.samples)
-            state = rows_of(here, there, state)
+            start = replace(start, state=rows_of(here, there, start.state))
         own = replace(observer, samples=samples, interrupt=interrupt, checkpoints=checkpoints)
-        end = prepared.follower.follow(parameters, state, times, own, threads)
+        end = prepared.follower.follow(start, own, threads)
         looked = end.ending is Ending.INTERRUPTED and reached and not asked and end.snapshot is not None
         snapshot = None if end.snapshot is None else replace(end.snapshot, changes=changes)
         beyond = changes[-1].beyond if changes else 0
         return replace(end, snapshot=snapshot, changes=changes, evaluations=end.evaluations + beyond), looked
 
-    def _changed(
-        self, snapshot: Snapshot, parameters: Array, state: Array, times: Times, threads: int | None
-    ) -> Snapshot:
+    def _changed(self, snapshot: Snapshot, start: Start, threads: int | None) -> Snapshot:
         """The snapshot from which the motion goes on: that of another method, if one is faster."""
         now, series = self.prepared(snapshot.changes), self.prepare(TAYLOR, self.asked)
         if series is None:
             return snapshot
         begin = carried_over(snapshot, now.machine.program, series.machine.program)
         begin = replace(begin, samples=0)  # a trial takes none
-        first = rows_of(series.machine.program, self.prepared(()).machine.program, state)
-        trial = trial_of(series, parameters, first, times, threads)
+        first = rows_of(series.machine.program, self.prepared(()).machine.program, start.state)
+        trial = trial_of(series, replace(start, state=first), threads)
         if trial is None:
             return snapshot
         if now.compilation.method != TAYLOR:
-            since = snapshot.changes[-1].t if snapshot.changes else times.start
+            since = snapshot.changes[-1].t if snapshot.changes else start.times.start
             length = (snapshot.t - since) / (snapshot.steps - steps_before(snapshot.changes))
             replaces = trial.replaced(begin, now.compilation.tolerance, length)
             return noted(snapshot, now, series, replaces) if replaces <= CHEAP else snapshot

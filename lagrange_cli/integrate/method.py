@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -13,11 +13,35 @@ from lagrange_cli.integrate.events import NO_EVENTS, EventSink
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, field
 
+if TYPE_CHECKING:
+    from lagrange_cli.native.interface import Interface
+    from lagrange_cli.spec.values import Values
+
 Interrupt = Callable[[float], bool]
 """Called with the time reached, several times a second; returns True to stop there."""
 Accept = Callable[[Array, Array], None]
 """Takes sample times (c,) and states (rows, c), with rows q, v and integrals. The arrays are valid until the
 next call; whoever needs them longer must copy them."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """How a motion begins: its ``parameters`` (P,), and its ``state`` (rows,) of q, v and zeros for the
+    integrals at the first of the ``times``."""
+
+    parameters: Array
+    state: Array
+    times: Times
+
+    @classmethod
+    def of(cls, program: Interface, values: Values, times: Times) -> Start:
+        """With these ``values``, and their remainders if they have any."""
+        given = [values] if values.remainder is None else [values, values.remainder]
+        parameters = np.array(
+            [one.parameters[name] for one in given for name in program.parameters], np.float64
+        )
+        parts = [part for one in given for part in (one.q, one.v, np.zeros(len(program.integrals)))]
+        return cls(parameters, np.concatenate(parts), times)
 
 
 class Unfit(ValueError):
@@ -140,15 +164,8 @@ UNOBSERVED = Observer()
 class Method(Protocol):
     """A way to follow a motion."""
 
-    def follow(
-        self,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        observer: Observer = UNOBSERVED,
-        threads: int | None = 1,
-    ) -> End:
-        """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
+    def follow(self, start: Start, observer: Observer = UNOBSERVED, threads: int | None = 1) -> End:
+        """Follow the motion from its ``start``.
 
         A method without snapshots ignores the ``observer``'s ``checkpoints``, and one that finds no events is
         not used where there are any. So many ``threads`` may share the work, None for one on each processor;

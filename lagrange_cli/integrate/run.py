@@ -6,8 +6,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lagrange_cli.decimals import decimal
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.arrays import Array
@@ -15,7 +13,7 @@ from lagrange_cli.integrate.background import Pipelined
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
 from lagrange_cli.integrate.ending import Ending, State
 from lagrange_cli.integrate.event_log import EventLog
-from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Observer, Snapshot
+from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Observer, Snapshot, Start
 from lagrange_cli.integrate.outcome import Estimated, Outcome
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.samples import samples_of
@@ -58,10 +56,7 @@ def integrate(
     one on each processor); nothing else depends on them.
     """
     assert prepared.compilation.backward == times.backward
-    program = prepared.machine.program
-    given = [values] if values.remainder is None else [values, values.remainder]
-    parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
-    state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
+    start = Start.of(prepared.machine.program, values, times)
 
     def interrupt(t: float) -> bool:
         progress(t)
@@ -85,7 +80,7 @@ def integrate(
         def reached(snapshot: Snapshot) -> Progress:
             return replace(samples.progress(snapshot), happened=log.happened)
 
-        samples = samples_of(prepared)(prepared, parameters, emit_pipelined)
+        samples = samples_of(prepared)(prepared, start.parameters, emit_pipelined)
         log = EventLog(prepared, samples, lambda chunk: pipeline.call(partial(emit_events, chunk)))
         observer = Observer(accept, interrupt, log)
         if checkpointing is not None:
@@ -104,7 +99,7 @@ def integrate(
                 begin = samples.restore(checkpointing.begin)
                 log.restore(checkpointing.begin.happened)
             observer = replace(observer, checkpoints=CheckpointSink(begin, checkpointing.due, keep, ends))
-        end = prepared.follower.follow(parameters, state, times, observer, threads)
+        end = prepared.follower.follow(start, observer, threads)
         log.hand_over()
     own_end = (end.ending is not Ending.COMPLETE and certificate is None) or samples.final is None
     if certificate is not None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import CheckpointSink, Observer, Snapshot
+from lagrange_cli.integrate.method import CheckpointSink, Observer, Snapshot, Start
 from lagrange_cli.integrate.methods.table import METHODS, STIFF
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.precision import DOUBLE
@@ -69,9 +69,7 @@ class Trial:
 
     method: TaylorMethod
     families: Sequence[int]
-    parameters: Array
-    state: Array
-    times: Times
+    start: Start
     threads: int | None = 1
 
     def on(self, begin: Snapshot | None, until: int, every: int) -> list[Snapshot]:
@@ -86,7 +84,7 @@ class Trial:
 
         checkpoints = CheckpointSink(begin, due, kept.append, None, every)
         observer = Observer(interrupt=lambda t: taken >= until, checkpoints=checkpoints)
-        end = self.method.follow(self.parameters, self.state, self.times, observer, self.threads)
+        end = self.method.follow(self.start, observer, self.threads)
         if end.ending is not Ending.INTERRUPTED or end.snapshot is None or end.steps != until:
             return []
         return [*kept, end.snapshot]
@@ -98,12 +96,12 @@ class Trial:
 
     def left(self, found: Sequence[Snapshot]) -> float:
         """How many steps are left to the end, if they are as long as the last ones."""
-        return SEEN * (self.times.stop - found[-1].t) / (found[-1].t - found[0].t)
+        return SEEN * (self.start.times.stop - found[-1].t) / (found[-1].t - found[0].t)
 
     def stiffness(self, tolerance: float) -> Stiffness | None:
         """That of the motion at a tolerance; None if it is not stiff, or has few steps."""
         first = self.on(None, 1, 1)
-        if not first or self.times.stop - first[-1].t < LONG * (first[-1].t - self.times.start):
+        if not first or self.start.times.stop - first[-1].t < LONG * (first[-1].t - self.start.times.start):
             return None
         taken, before, begin = FIRST, 0.0, first[-1]
         while True:
@@ -155,7 +153,7 @@ class Trial:
         """What the last steps tell."""
         q, v = self.moved(found)
         sizes = np.zeros(q.shape[1])
-        np.maximum.at(sizes, self.families, np.abs([self.state[: q.shape[1]], *q]).max(axis=0))
+        np.maximum.at(sizes, self.families, np.abs([self.start.state[: q.shape[1]], *q]).max(axis=0))
         largest = float(sizes.max(initial=0.0))
         # tolerances of Radau are absolute ones as well: they are to be small beside the coordinates
         decades = max(0, -round(math.log10(largest))) if largest > 0 else math.inf
@@ -192,15 +190,14 @@ def families_of(coordinates: Sequence[str]) -> list[int]:
     return [numbers.setdefault(one.partition("[")[0], len(numbers)) for one in coordinates]
 
 
-def trial_of(
-    prepared: Prepared, parameters: Array, state: Array, times: Times, threads: int | None = 1
-) -> Trial | None:
+def trial_of(prepared: Prepared, start: Start, threads: int | None = 1) -> Trial | None:
     """Of a motion that is prepared for Taylor steps; None if it is not one that implicit steps may follow."""
     follower, program = prepared.follower, prepared.machine.program
     if not isinstance(follower, TaylorMethod) or program.events or program.parts > 1:
         return None
-    method, whole = replace(follower, recompilation=None), replace(times, count=1, step=0.0)
-    return Trial(method, families_of(prepared.recording.coordinates), parameters, state, whole, threads)
+    method = replace(follower, recompilation=None)
+    unsampled = replace(start, times=replace(start.times, count=1, step=0.0))
+    return Trial(method, families_of(prepared.recording.coordinates), unsampled, threads)
 
 
 def stiffness(prepared: Prepared, values: Values, times: Times, threads: int | None = 1) -> Stiffness | None:
@@ -208,7 +205,5 @@ def stiffness(prepared: Prepared, values: Values, times: Times, threads: int | N
     program = prepared.machine.program
     if program.guarded:
         return None
-    parameters = np.array([values.parameters[name] for name in program.parameters], np.float64)
-    state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
-    trial = trial_of(prepared, parameters, state, times, threads)
+    trial = trial_of(prepared, Start.of(program, values, times), threads)
     return None if trial is None else trial.stiffness(prepared.compilation.tolerance)

@@ -11,10 +11,9 @@ import pytest
 import lagrange_cli
 from lagrange_cli.errors import UsageError
 from lagrange_cli.families import system as systems
-from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import End, Observer
+from lagrange_cli.integrate.method import End, Observer, Start
 from lagrange_cli.integrate.methods import helping
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -78,11 +77,9 @@ def followed(
     stop: float = 0.4,
 ) -> End:
     """The end of its motion."""
-    values = resolve_values(read_spec(text, "system.yaml"), {})
-    state: Array = np.concatenate([values.q, values.v])
-    return prepared.follower.follow(
-        np.empty(0), state, Times(0.0, stop, 3, stop / 2), Observer(interrupt=interrupt), threads
-    )
+    values, times = resolve_values(read_spec(text, "system.yaml"), {}), Times(0.0, stop, 3, stop / 2)
+    start = Start.of(prepared.machine.program, values, times)
+    return prepared.follower.follow(start, Observer(interrupt=interrupt), threads)
 
 
 @pytest.mark.exhaustive(keep=0.35)

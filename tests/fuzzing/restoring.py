@@ -17,7 +17,7 @@ from functools import cache
 import numpy as np
 
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.method import Snapshot
+from lagrange_cli.integrate.method import Snapshot, Start
 from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.program import write_run
@@ -105,11 +105,8 @@ def values_of(case: Case) -> Values:
 
 def stepper(case: Case, machine: Machine, size: int) -> Stepper:
     """What goes through it, with scratch of which nothing may be used."""
-    values, program = values_of(case), machine.program
-    given = [values] if values.remainder is None else [values, values.remainder]
-    parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
-    state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
-    made = Stepper(CompiledEquations(machine), parameters, state, case.times(), size)
+    start = Start.of(machine.program, values_of(case), case.times())
+    made = Stepper(CompiledEquations(machine), start, size)
     made.space.work[:] = made.space.trial[:] = np.nan
     return made
 

@@ -8,7 +8,7 @@ import pytest
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import CheckpointSink, Observer
+from lagrange_cli.integrate.method import CheckpointSink, Observer, Start
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from tests.support.motion import (
@@ -170,6 +170,7 @@ def test_a_motion_backward_is_asked_about_at_the_same_steps_as_one_forward():
         checkpoints = CheckpointSink(None, steps.append, lambda snapshot: None, every=16)
         method = prepared(system, "taylor", FULL, ("q",), backward=stop < 0).follower
         state = np.array([1.0, np.copysign(0.3, stop)])
-        method.follow(np.empty(0), state, Times(0.0, stop, 2, stop), Observer(checkpoints=checkpoints))
+        start = Start(np.empty(0), state, Times(0.0, stop, 2, stop))
+        method.follow(start, Observer(checkpoints=checkpoints))
         asked.append([number for number in steps if number % 16 == 0])
     assert asked[0] == asked[1] and len(asked[0]) > 2

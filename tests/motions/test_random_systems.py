@@ -10,11 +10,9 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.events import NO_EVENTS
-from lagrange_cli.integrate.method import CheckpointSink, End, Observer, Snapshot
+from lagrange_cli.integrate.method import CheckpointSink, End, Observer, Snapshot, Start
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
-from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from tests.support.motion import Motion, follow, prepared, run, values_of
 
@@ -104,17 +102,15 @@ def test_samples_and_checkpoints_change_nothing(number: int) -> None:
     ready, kept, ends = prepared(text, method, tolerance), list[Snapshot](), list[End]()
     every, goes = chance.randint(2, 40), TaylorMethod.follow
 
-    def kept_on_the_way(
-        self: TaylorMethod, parameters: Array, state: Array, times: Times, observer: Observer, threads: int
-    ) -> End:
+    def kept_on_the_way(self: TaylorMethod, start: Start, observer: Observer, threads: int) -> End:
         def followed(sink: CheckpointSink) -> End:
-            return goes(self, parameters, state, times, replace(observer, checkpoints=sink, events=NO_EVENTS))
+            return goes(self, start, replace(observer, checkpoints=sink, events=NO_EVENTS))
 
         sink = CheckpointSink(None, lambda steps: True, kept.append, every=every)
         ends.append(followed(sink))
         again = CheckpointSink(chance.choice(kept), lambda steps: False, kept.append) if kept else sink
         ends.append(followed(again))
-        return goes(self, parameters, state, times, observer, threads)
+        return goes(self, start, observer, threads)
 
     with mock.patch.object(TaylorMethod, "follow", kept_on_the_way):
         few = run(ready, values_of(text), 0.0, 4.0, 97)

@@ -19,7 +19,7 @@ from lagrange_cli.integrate.ensemble.method import Section, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.ensemble.section import EVERY
 from lagrange_cli.integrate.events import Crossings
-from lagrange_cli.integrate.method import End
+from lagrange_cli.integrate.method import End, Start
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.derive import derive_system
@@ -241,7 +241,7 @@ def test_crossings_lie_on_the_motion_that_solve_follows():
     state = np.pad([0.0, 0.1, 0.49, 0.05], (0, program.rows - 4))
     for k in (0, 12, 39):
         t = taken.t[0, k]
-        end = alone.follow(np.ones(len(program.parameters)), state, Times(0.0, t, 2, t))
+        end = alone.follow(Start(np.ones(len(program.parameters)), state, Times(0.0, t, 2, t)))
         assert np.abs(end.state[:4] - taken.states[0, :, k]).max() < 1e-11
         assert abs(taken.states[0, 0, k] + taken.states[0, 1, k] / 2) < 1e-15
 
@@ -296,21 +296,21 @@ def test_random_surfaces_have_the_crossings_that_events_have(seed):
 class Polled:
     """A method that finds a crossing in each step of length 1, and is polled after every one."""
 
-    def follow(self, parameters, state, times, observer):
+    def follow(self, start, observer):
         for steps in range(1, 2 * EVERY):
             found = (
                 np.array([0]),
                 np.array([float(steps)]),
                 np.zeros(1),
-                state[None],
+                start.state[None],
                 np.array([False]),
                 np.zeros(1),
             )
             observer.events.crossed(Crossings(*found))
             due = observer.checkpoints.due(steps)
             if due or observer.interrupt(float(steps)):
-                return End(Ending.INTERRUPTED, float(steps), state, steps, steps)
-        return End(Ending.COMPLETE, times.stop, state, steps, steps)
+                return End(Ending.INTERRUPTED, float(steps), start.state, steps, steps)
+        return End(Ending.COMPLETE, start.times.stop, start.state, steps, steps)
 
 
 @pytest.mark.parametrize("polls", [3, 5, 6, EVERY - 1, EVERY])

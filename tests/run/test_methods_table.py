@@ -7,7 +7,7 @@ import pytest
 
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import Observer
+from lagrange_cli.integrate.method import Observer, Start
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.integrate.times import Times
@@ -74,7 +74,7 @@ def goes_on(method: str) -> bool:
     ready, values = prepared(text, method, 1e-10), values_of(text)
     parameters, state = np.array([*values.parameters.values()]), np.array([1.0, 0, 0, 1])
     times = Times(0.0, 1e3, 11, 1e2)
-    end = ready.follower.follow(parameters, state, times, Observer(interrupt=lambda _: True))
+    end = ready.follower.follow(Start(parameters, state, times), Observer(interrupt=lambda _: True))
     assert end.ending is Ending.INTERRUPTED
     return end.snapshot is not None
 

@@ -107,8 +107,8 @@ def test_tolerances_are_tried_from_the_loosest_on_and_none_after_one_that_is_too
 
 def test_what_is_refused_or_fails_has_its_reason_and_does_not_disturb_the_others():
     class Collides:
-        def follow(self, parameters, state, times, observer, threads):
-            return End(Ending.STEP_UNDERFLOW, 1.5, state, 3, 4)
+        def follow(self, start, observer, threads):
+            return End(Ending.STEP_UNDERFLOW, 1.5, start.state, 3, 4)
 
     def some(contender):
         if contender.tolerance == 1e-3:

@@ -14,7 +14,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Work
 from lagrange_cli.integrate.event_log import EventLog
-from lagrange_cli.integrate.method import End, Method, Observer
+from lagrange_cli.integrate.method import End, Method, Observer, Start
 from lagrange_cli.integrate.methods.backward import Backward
 from lagrange_cli.integrate.methods.compiled import Beside
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
@@ -50,16 +50,17 @@ class Companion:
         program, factor = prepared.machine.program, FACTORS[number - 1]
         late = factor * rounding.times["start"]
         self._method = companion_of(prepared.follower, Beside(number, late))
-        self._times, self._motion = times, program.state.motion
+        self._motion = program.state.motion
         self._rows = program.state.motion.stop + len(program.quantities)
         given, rest = (
             np.array([one.parameters[name] for name in program.parameters], float)
             for one in (values, rounding)
         )
-        self._parameters = np.concatenate([given, factor / CONSTANTS * rest])
+        parameters = np.concatenate([given, factor / CONSTANTS * rest])
         state = np.array([*values.q, *values.v]) + factor * np.array([*rounding.q, *rounding.v])
-        self._state = np.concatenate([state, np.zeros(len(program.integrals))])
-        self._samples = Samples(prepared, self._parameters, lambda chunk: None)
+        state = np.concatenate([state, np.zeros(len(program.integrals))])
+        self._start = Start(parameters, state, times)
+        self._samples = Samples(prepared, parameters, lambda chunk: None)
         self._log = EventLog(prepared, self._samples, lambda chunk: None)
         self._pieces: queue.Queue[Array | None] = queue.Queue(maxsize=1)
         self._rest = np.empty((self._rows, 0))
@@ -95,7 +96,7 @@ class Companion:
 
         try:
             observer = Observer(accept, lambda t: self._over.is_set() or self._halted.is_set(), self._log)
-            return self._method.follow(self._parameters, self._state, self._times, observer)
+            return self._method.follow(self._start, observer)
         finally:
             put(None)
 

@@ -11,13 +11,12 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.events import Change, Crossings, HappenedSink
+from lagrange_cli.integrate.method import End, Start
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from lagrange_cli.integrate.method import End
 
 Index: TypeAlias = "NDArray[np.int64]"
 
@@ -159,6 +158,10 @@ class Starts:
 
     def __len__(self) -> int:
         return len(self.states)
+
+    def of(self, member: int) -> Start:
+        """That of one member."""
+        return Start(self.parameters[member], self.states[member], self.times)
 
     def only(self, index: Index) -> Starts:
         """Some of them (b,)."""

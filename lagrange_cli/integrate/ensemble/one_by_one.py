@@ -91,11 +91,11 @@ class OneByOne:
 
             given = starts, member, self.checkpointing, interrupt
             return through_section(self.method, self.events, *given)
-        state = starts.states[member]
-        samples = SampleRows(len(state), starts.times.count if starts.sampled else 0)
+        start = starts.of(member)
+        samples = SampleRows(len(start.state), starts.times.count if starts.sampled else 0)
         log = MemberLog(self.events)
         observer = Observer(samples.take, interrupt, log)
-        end = self.method.follow(starts.parameters[member], state, starts.times, observer)
+        end = self.method.follow(start, observer)
         rows = samples.rows if starts.sampled else None
         return EndedMembers.one(member, end, samples.reached, rows, [log] if self.events else [])
 

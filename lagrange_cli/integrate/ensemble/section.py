@@ -17,7 +17,16 @@ from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import EndedMembers, Kept, MemberLog, SampleRows, Section, Starts
 from lagrange_cli.integrate.events import Change, Crossings
-from lagrange_cli.integrate.method import CheckpointSink, End, Interrupt, Method, Observer, Snapshot, Unfit
+from lagrange_cli.integrate.method import (
+    CheckpointSink,
+    End,
+    Interrupt,
+    Method,
+    Observer,
+    Snapshot,
+    Start,
+    Unfit,
+)
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 
@@ -209,7 +218,7 @@ def through_section(
 
     checkpoints = CheckpointSink(begun, log.stepped, keep, every=log.every)
     observer = Observer(log.sampled, stop, log, checkpoints)
-    end = method.follow(starts.parameters[member], state, times, observer)
+    end = method.follow(Start(starts.parameters[member], state, times), observer)
     cut = cut and end.ending is Ending.INTERRUPTED
     if cut and end.snapshot is not None:
         keep(end.snapshot)

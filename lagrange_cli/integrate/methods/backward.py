@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.events import Crossings, EventSink
-from lagrange_cli.integrate.method import UNOBSERVED, CheckpointSink, End, Method, Observer, Snapshot
+from lagrange_cli.integrate.method import UNOBSERVED, CheckpointSink, End, Method, Observer, Snapshot, Start
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass, replace
@@ -28,14 +28,7 @@ class Backward:
     method: Method
     program: Interface
 
-    def follow(
-        self,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        observer: Observer = UNOBSERVED,
-        threads: int | None = 1,
-    ) -> End:
+    def follow(self, start: Start, observer: Observer = UNOBSERVED, threads: int | None = 1) -> End:
         """See ``integrate.method.Method``."""
         reversed_observer = Observer(
             lambda when, states: observer.samples(reversed_time(when), reversed_state(self.program, states)),
@@ -43,14 +36,18 @@ class Backward:
             BackwardEvents(self.program, observer.events),
             reversed_checkpoints(observer.checkpoints),
         )
-        start, instants = reversed_state(self.program, state), reversed_times(times)
-        end = self.method.follow(parameters, start, instants, reversed_observer, threads)
+        end = self.method.follow(reversed_start(self.program, start), reversed_observer, threads)
         return replace(
             end,
             t=reversed_time(end.t),
             state=reversed_state(self.program, end.state),
             snapshot=None if end.snapshot is None else reversed_snapshot(end.snapshot),
         )
+
+
+def reversed_start(program: Interface, start: Start) -> Start:
+    """The same beginning in reversed time."""
+    return replace(start, state=reversed_state(program, start.state), times=reversed_times(start.times))
 
 
 class BackwardEvents(EventSink):

@@ -11,7 +11,7 @@ import scipy.integrate
 from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import UNOBSERVED, Accept, End, Observer
+from lagrange_cli.integrate.method import UNOBSERVED, Accept, End, Observer, Start
 from lagrange_cli.integrate.methods.equations import Equations, Singular
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
@@ -65,16 +65,10 @@ class ScipyMethod:
     name: str
     tolerance: float
 
-    def follow(
-        self,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        observer: Observer = UNOBSERVED,
-        threads: int | None = 1,
-    ) -> End:
+    def follow(self, start: Start, observer: Observer = UNOBSERVED, threads: int | None = 1) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts accelerations."""
-        equations = Equations.of(self.machine, parameters)
+        equations = Equations.of(self.machine, start.parameters)
+        state, times = start.state, start.times
         collector = Collector(times, len(state), observer.samples)
         t, y, steps, evaluations, still = times.start, state, 0, 0, 0
         mark, least = t, PACE * abs(times.stop - times.start)

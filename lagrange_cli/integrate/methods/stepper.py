@@ -12,10 +12,9 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending, Finished
-from lagrange_cli.integrate.method import UNOBSERVED, Interrupt, Observer, Snapshot, Unfit
+from lagrange_cli.integrate.method import UNOBSERVED, Interrupt, Observer, Snapshot, Start, Unfit
 from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.crawling import crawls, loses_digits, nothing_moves, steps_to_mark
-from lagrange_cli.integrate.times import Times
 from lagrange_cli.integrate.workspace import MOST_STEPS, Workspace, padded
 from lagrange_cli.native.guards import DUE, HALTED, Role
 from lagrange_cli.native.interface import Stop
@@ -41,16 +40,11 @@ class Stepper:
     """Steps the motion in a workspace (``space``); ``fill`` makes samples, ``size`` of them at most."""
 
     def __init__(
-        self,
-        equations: CompiledEquations,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        size: int,
-        observer: Observer = UNOBSERVED,
+        self, equations: CompiledEquations, start: Start, size: int, observer: Observer = UNOBSERVED
     ) -> None:
         machine, beside, events = equations.machine, equations.beside, observer.events
-        self.space = space = Workspace(machine, state, times.start, size)
+        parameters, times = start.parameters, start.times
+        self.space = space = Workspace(machine, start.state, times.start, size)
         program, layout = machine.program, space.layout
         self._recompilation, self._stop = equations.recompilation, times.stop
         if beside is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import UNOBSERVED, End, Observer, Snapshot
+from lagrange_cli.integrate.method import UNOBSERVED, End, Observer, Snapshot, Start
 from lagrange_cli.integrate.methods.compiled import CompiledEquations, Recompilation
 from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.times import Times
@@ -34,18 +34,11 @@ GREAT = 1e280
 class TaylorMethod(CompiledEquations):
     """Follows a motion by its Taylor series (``native.stepping``); steps do not depend on sample times."""
 
-    def follow(
-        self,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        observer: Observer = UNOBSERVED,
-        threads: int | None = 1,
-    ) -> End:
+    def follow(self, start: Start, observer: Observer = UNOBSERVED, threads: int | None = 1) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
-        program = self.machine.program
+        program, times = self.machine.program, start.times
         size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
-        stepper = Stepper(self, parameters, state, times, size, observer)
+        stepper = Stepper(self, start, size, observer)
         with stepper.heard(), stepper.helped(threads):
             return self._follow(stepper, size, times, observer)
 

@@ -172,6 +172,7 @@ def steps_of(ensemble: Ensemble, prepared: Prepared) -> float:
     """About how many steps all motions take together, from those at the beginning of the first one; 0 where
     these are no more than are followed at once."""
     from lagrange_cli.integrate.ensemble.follow import starts_of
+    from lagrange_cli.integrate.method import Start
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.native.interface import LANES
 
@@ -185,7 +186,7 @@ def steps_of(ensemble: Ensemble, prepared: Prepared) -> float:
     for part in PARTS:
         length = (stop - start) * part
         times = Times(start, start + length, 2, length)
-        steps = prepared.follower.follow(parameters[0], states[0], times).steps
+        steps = prepared.follower.follow(Start(parameters[0], states[0], times)).steps
         if steps >= SOME_STEPS:
             break
     return members * steps / part

@@ -9,7 +9,7 @@ import pytest
 from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import Observer
+from lagrange_cli.integrate.method import Observer, Start
 from lagrange_cli.integrate.methods.compiled import Beside
 from lagrange_cli.integrate.methods.perturbation import perturb
 from lagrange_cli.integrate.times import Times
@@ -98,7 +98,7 @@ def test_a_companion_takes_part_of_the_first_step_and_then_usual_ones(stop):
         keep = found.append
         method = replace(ready.follower, beside=Beside(number) if number else None)
         observer = Observer(lambda t, x, keep=keep: keep(x[:6].copy()))
-        end = method.follow(np.empty(0), state, times, observer)
+        end = method.follow(Start(np.empty(0), state, times), observer)
         assert end.ending is Ending.COMPLETE
         steps.append(end.steps)
         motions.append(np.concatenate(found, axis=1))

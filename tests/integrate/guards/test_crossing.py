@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.method import Start
 from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
@@ -25,7 +26,9 @@ def test_a_corner_that_is_far_is_not_what_stops_a_motion():
     machine = prepared(BARRIER, tolerance=2.0**-104, precision=DOUBLE_DOUBLE).machine
     state = np.zeros((2, machine.program.rows))
     state[0, :2] = -1.05, 1.7314
-    stepper = Stepper(CompiledEquations(machine), np.empty(0), state.ravel(), Times(0.0, 10.0, 2, 10.0), 2)
+    stepper = Stepper(
+        CompiledEquations(machine), Start(np.empty(0), state.ravel(), Times(0.0, 10.0, 2, 10.0)), 2
+    )
     assert stepper._settling is not None
     assert not stepper._settling.cross()
     assert stepper.space.t == 0.0
