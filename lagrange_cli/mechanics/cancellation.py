@@ -1,11 +1,46 @@
-"""Forms in which nothing cancels, which disks enclose closely (``native.stepping.proof``).
+"""What cancels in terms of the equations, which disks enclose loosely (``native.stepping.cancelling``).
 
 A difference of disks does not make use of what they have in common.
 """
 
 from __future__ import annotations
 
-from lagrange_cli.expression.node import Kind, Node
+from collections.abc import Iterable, Iterator
+
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.approach import core, is_linear
+
+ENTIRE = frozenset({"sin", "cos", "abs", "sign"})
+"""Functions that are nowhere singular, or of which only one side counts."""
+
+
+def singular_sums(roots: Iterable[Node], variables: int, unknown: int) -> list[Node]:
+    """The sums in which the expressions ``roots`` are singular, or steep: denominators, bases of roots, and
+    arguments of functions such as tanh. Left out are linear ones, and those with ``unknown`` symbols or
+    accelerations."""
+    nodes = reachable(roots)
+    found = dict.fromkeys(core(one, variables) for node in nodes for one in arguments(node))
+    return [one for one in found if is_sum(one, variables) and is_known(one, unknown)]
+
+
+def arguments(node: Node) -> Iterator[Node]:
+    """What a node may be singular or steep in."""
+    if node.kind is Kind.PRODUCT:
+        powers = zip(node.arguments, node.data)
+        yield from (one for one, exponent in powers if exponent < 0 or exponent != int(exponent))
+    elif node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data not in ENTIRE):
+        yield from node.arguments
+
+
+def is_known(node: Node, unknown: int) -> bool:
+    """Whether it contains neither ``unknown`` symbols nor rates such as accelerations."""
+    return not node.symbols & unknown and all(one.kind is not Kind.DDT for one in reachable([node]))
+
+
+def is_sum(node: Node, variables: int) -> bool:
+    """Whether it is a sum of several terms that move, and not linear."""
+    moving = [one for one in node.arguments if one.symbols & variables]
+    return node.kind is Kind.SUM and len(moving) > 1 and not is_linear(node, variables)
 
 
 def squared_tanh(node: Node) -> Node | None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
+from lagrange_cli.mechanics.cancellation import singular_sums
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.guards.equations import guarded
 from lagrange_cli.mechanics.guards.guard import Guarded
@@ -16,8 +17,8 @@ from lagrange_cli.records import dataclass
 @dataclass(frozen=True)
 class FollowedEquations:
     """The ``smooth`` equations, and the ``integrands`` of all that is integrated beside them, by name: the
-    ``arguments`` of guards, so many ``multipliers`` that proofs look at, quadratures, and cyclic momenta that
-    are ``stored``.
+    ``arguments`` of guards, ``multipliers`` and ``sums`` that proofs look at, quadratures, and cyclic momenta
+    that are ``stored``.
 
     Steps are ``proven``, of the motion, and of the integrands ``proven_too`` and the arguments that are
     ``doubtful``. It ``hides`` if a force may hide, or proofs were asked for: whether there are any or not.
@@ -27,6 +28,7 @@ class FollowedEquations:
     integrands: Mapping[str, Node]
     arguments: Sequence[Node]
     multipliers: int
+    sums: Sequence[Node]
     stored: int
     hides: bool
     hiding: bool
@@ -34,6 +36,11 @@ class FollowedEquations:
     proven: bool
     proven_too: Sequence[Node]
     doubtful: Sequence[Node]
+
+    @property
+    def shown(self) -> tuple[int, int]:
+        """How many integrals of multipliers, and of sums, there are."""
+        return self.multipliers, len(self.sums)
 
 
 def followed(
@@ -63,6 +70,11 @@ def followed(
     hiding = hiding or bool(doubtful)
     named = {f"guard {i}": argument for i, argument in enumerate(arguments)}
     shown = {str(one.data): one for one in residual.multipliers} if hiding else {}
-    every = {**named, **shown, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
-    numbers = len(shown), len(stored)
-    return FollowedEquations(smooth, every, arguments, *numbers, hides, hiding, proven, proven_too, doubtful)
+    sums: list[Node] = []
+    if hiding:
+        seen = [*residual.residual, *proven_too, *doubtful]
+        sums = singular_sums(seen, residual.variables, union(residual.multipliers))
+    summed = {f"sum {i}": one for i, one in enumerate(sums)}
+    every = {**named, **shown, **summed, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
+    followed = smooth, every, arguments, len(shown), sums, len(stored)
+    return FollowedEquations(*followed, hides, hiding, proven, proven_too, doubtful)

@@ -103,7 +103,7 @@ def proving(equations: Specification, left: Defect) -> Proving:
     """The proof of what is ``left`` of equations."""
     from lagrange_cli.native.stepping.equations_proof import EquationsProof
 
-    return partial(EquationsProof, equations.residual, left, equations.constants)
+    return partial(EquationsProof, equations.residual, left, equations.constants, equations.followed.sums)
 
 
 def provings_of(equations: Specification) -> Sequence[Proving | None]:
@@ -119,7 +119,7 @@ def given_of(equations: Specification, work: int, project: str = "") -> Given:
     from lagrange_cli.native.stepping.given import Given
 
     given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
-    more = equations.in_two, equations.followed.multipliers, project
+    more = equations.in_two, equations.followed.shown, project
     alike = coupled(equations.residual)
     return Given(*given, *more, timed=equations.residual.timed, coupled=alike)
 

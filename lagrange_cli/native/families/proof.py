@@ -28,6 +28,7 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.stepping.cancelling import StateSeries, Sums
 from lagrange_cli.native.stepping.proof import (
     HEAD,
     WIDER,
@@ -36,7 +37,6 @@ from lagrange_cli.native.stepping.proof import (
     least,
     radii,
     weights_of,
-    without_cancelling,
 )  # fmt: skip
 from lagrange_cli.records import dataclass
 
@@ -218,7 +218,7 @@ class _Writer:
         with f.loop(0, loop.domain.count, tested=False) as member:
             disks = Disks(f, Emitter(f), LANES)
             known = self.known(loop.used, member)
-            without_cancelling(disks, nodes, variables, known, constants)
+            Sums(disks, nodes, MemberSeries(self, loop.used, member, variables), known, constants).enclose()
             emit_values(disks, nodes, known, constants)
             for (term, total), listed in zip(loop.terms, parts):
                 i = self.at(term.targets, member)
@@ -236,3 +236,25 @@ class _Writer:
         for symbol, slot in used.items():
             found[symbol] = self.disk(slot.array, self.at(slot.table, member))
         return found
+
+
+class MemberSeries(StateSeries):
+    """The series of q and v in the slots of a member."""
+
+    def __init__(self, writer: _Writer, used: Mapping[Node, Slot], member: Integer, variables: int) -> None:
+        self.writer, self.lengths, self.variables = writer, writer.lengths, variables
+        self.time, self.sums = writer.system.time, dict[Node, int]()
+        places, speeds = (
+            {symbol: writer.at(slot.table, member) for symbol, slot in used.items() if slot.array is array}
+            for array in (writer.system.q, writer.system.v)
+        )
+        self.places, self.speeds = places, speeds
+        self.members = {**places, **speeds}
+
+    def coefficient(self, node: Node, m: Integer) -> Real:
+        coefficient = self.writer.place if node in self.places else self.writer.speed
+        return coefficient(self.members[node], m)
+
+    def late(self, symbol: Node) -> Real:
+        row = self.writer.margins.low + (0 if symbol in self.places else self.lengths.degrees)
+        return self.writer.f.load("%state", self.members[symbol] + row)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.defect import Defect
@@ -15,27 +15,21 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.stepping.cancelling import StateSeries, Sums
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.proof import (
-    HEAD,
-    WIDER,
-    Margins,
-    Proof,
-    least,
-    radii,
-    weights_of,
-    without_cancelling,
-)
+from lagrange_cli.native.stepping.proof import HEAD, WIDER, Margins, Proof, least, radii, weights_of
 from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
 class EquationsProof(Proof):
-    """The proof of equations, of which the ``defect`` is left and whose constants are known."""
+    """The proof of equations, of which the ``defect`` is left and whose constants are known. The integrals of
+    ``sums`` are behind those of multipliers."""
 
     residual: Residual
     defect: Defect
     constants: Constants
+    sums: Sequence[Node]
     margins: Margins
 
     @property
@@ -51,7 +45,9 @@ class EquationsProof(Proof):
         self._extents(f)
         moving = self._leaves(f, disks)
         rows = [one for row in self.defect.terms for one in row]
-        without_cancelling(disks, rows, self.residual.variables, moving, self.constants)
+        variables = self.residual.variables | union(self.defect.accelerations)
+        series = WrittenSeries(f, self, variables, set(moving))
+        Sums(disks, rows, series, moving, self.constants).enclose()
         emit_values(disks, rows, moving, self.constants)
         allowed = self._allowed(f, emitter, moving)
         weights = weights_of(disks)
@@ -161,6 +157,27 @@ class EquationsProof(Proof):
                 total = emitter.fma(mass, emitter.load("%scales", places[j]), total)
             found.append(Real(f, emitter.written(total), 1))
         return found
+
+
+class WrittenSeries(StateSeries):
+    """The series of rows of the state, of symbols that are ``used``."""
+
+    def __init__(self, f: Function, proof: EquationsProof, variables: int, used: Collection[Node]) -> None:
+        self.f, self.lengths, self.variables, self.low = f, proof.lengths, variables, proof.margins.low
+        self.time = proof.residual.model.time
+        degrees, first = proof.lengths.degrees, sum(proof.margins.multipliers)
+        self.places = {symbol: i for i, symbol in enumerate(proof.residual.state_q) if symbol in used}
+        speeds = enumerate(proof.residual.state_v, degrees)
+        self.speeds = {symbol: i for i, symbol in speeds if symbol in used}
+        self.sums = {node: i for i, node in enumerate(proof.sums, first)}
+        self.rows = {**self.places, **self.speeds, **self.sums}
+
+    def coefficient(self, node: Node, m: Integer) -> Real:
+        lengths = self.lengths
+        return self.f.load("%work", m * lengths.term + (self.rows[node] * lengths.row + lengths.first))
+
+    def late(self, symbol: Node) -> Real:
+        return self.f.load("%state", self.rows[symbol] + self.low)
 
 
 def centres(disks: Mapping[Node, Disk | None]) -> dict[Node, Value]:

@@ -27,8 +27,9 @@ class Given:
     proving: Sequence[Proving | None]
     guards: GuardRows | None
     in_two: bool = False
-    multipliers: int = 0
-    """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
+    shown: tuple[int, int] = (0, 0)
+    """So many integrals behind those of guards' arguments are those of multipliers, and so many more of sums;
+    they have no say."""
     project: str = ""
     """The text of ``@project``, if there are constraints."""
     timed: bool = False

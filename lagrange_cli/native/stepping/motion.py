@@ -64,9 +64,9 @@ class Steps(ABC):
         """Whether the accelerations of what rests may be rounding errors of other ones."""
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
         arguments, first = given.guards.arguments if given.guards else 0, given.state.integrals.start
-        silent = arguments + given.multipliers  # these integrals have no say
+        silent = arguments + sum(given.shown)  # these integrals have no say
         rows = first + silent, given.state.quadratures - silent
-        self._multipliers = first + arguments, given.multipliers
+        self._multipliers = first + arguments, given.shown[0]
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
         self.related: Sequence[tuple[int, int]] = [
             one for one in given.related if one[0] < given.state.degrees

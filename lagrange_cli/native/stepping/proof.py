@@ -19,14 +19,11 @@ from collections.abc import Callable, Sequence
 from math import log
 from typing import TypeAlias
 
-from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.mechanics.cancellation import squared_tanh
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
-from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.records import dataclass
@@ -138,17 +135,3 @@ def least(disks: Disks, term: Disk | None, weights: Real) -> Real:
     radius, unlimited = disks.radius(term or disks.constant(0)) * weights, disks.all(float("inf"))
     # what is not a number is not known
     return disks.f.reduce("fmin", disks.f.select(radius < unlimited, radius, unlimited))
-
-
-def without_cancelling(
-    disks: Disks, terms: list[Node], variables: int, known: dict[Node, Disk | None], constants: Constants
-) -> None:
-    """Another form of terms that cancel: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. A difference of
-    disks does not make use of what they have in common."""
-    for node in reachable(terms):
-        u = squared_tanh(node)
-        if u is not None and u.symbols & variables:
-            emit_values(disks, [u], known, constants)
-            inverse = disks.div(disks.one, disks.function("cosh", known[u]))
-            scale = disks.number(node.data[0])
-            known[node] = disks.mul(scale, disks.mul(inverse, inverse))
