@@ -22,6 +22,7 @@ SUITES = {
     "impacts": "an oscillator that hits a wall, integration alone",
     "switches": "an oscillator with dry friction, integration alone",
     "gas": "hard discs in a box as a whole command, with empty caches",
+    "proofs": "narrow forces of small differences: the cost of proven steps",
     "stiff": "stiff motions by implicit methods, integration alone",
     "constraints": "constraints: run time against error, and chains",
     "elimination": "constraints: steps without the coordinates that linear ones give",

@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from benchmarks.motions.cancelling import BALL, GAS, TIPPE_TOP
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
@@ -149,18 +150,6 @@ def steps(text: str, *, unproven: bool = False, stop: float = 2.0) -> int:
     return ready.follower.follow(start).steps
 
 
-GAS = """
-sizes: {{N: {count}}}
-coordinates:
-  x[i in range(N)]: {{initial: 1.2*(i % 3), velocity: {drift} + sin(3*i)/3}}
-  y[i in range(N)]: {{initial: 1.2*(i//3), velocity: 2*{drift} + cos(7*i)/3}}
-masses: {{ball[i in range(N)]: 1}}
-positions: {{ball[i in range(N)]: "[x[i], y[i]]"}}
-definitions: {{r[i in range(N), j in range(i)]: "norm(ball[i] - ball[j])"}}
-potential: sum(1/r[i, j]**12 - 1/r[i, j]**6 for i in range(N) for j in range(i))
-"""
-
-
 @pytest.mark.parametrize("count", [3, 40])
 def test_what_flies_fast_side_by_side_takes_the_steps_that_it_takes_at_rest(count: int) -> None:
     """Galilei's transformation changes no step, of members written out and in families."""
@@ -187,37 +176,6 @@ def test_a_narrow_force_between_two_is_seen_however_fast_they_fly(drift: int) ->
     assert motion["q/x"][-1] - motion["q/y"][-1] == pytest.approx(
         1 - float(cost), abs=1e-15 * (20 + 40 * drift)
     )
-
-
-TIPPE_TOP = """
-parameters: {m: 0.02, R: 0.02, a: 0.3*R, g: 9.81, mu: 0.3, eps: 1e-3}
-coordinates:
-  x: {initial: 0}
-  y: {initial: 0}
-  phi: {initial: 0}
-  th: {initial: 0.1}
-  psi: {initial: 0, velocity: 150}
-bodies:
-  top:
-    mass: m
-    inertia: [131/350*m*R**2, 131/350*m*R**2, 2/5*m*R**2]
-    position: [x, y, R - a*cos(th)]
-    orientation: {euler: [phi, th, psi], sequence: zxz}
-definitions:
-  arm: (a*top.R13, a*top.R23, -R + a*cos(th))
-  slip: (top.vx, top.vy, 0) + cross((top.wx, top.wy, top.wz), arm)
-  force: -mu*m*g*slip/(norm(slip) + eps)
-potential: m*g*top.z
-forces: {top: "(force.x, force.y, 0)"}
-torques: {top: "cross(arm, (force.x, force.y, 0))"}
-"""
-BALL = """
-parameters: {m: 7, R: 0.11, g: 9.81, mu: 0.2, eps: 1e-3}
-coordinates: {x: {initial: 0, velocity: 6}, phi: {initial: 0}}
-lagrangian: m*x_dot**2/2 + 2/5*m*R**2*phi_dot**2/2 + 2*m*x*cos(5*t)
-definitions: {F: -mu*m*g*tanh((x_dot - R*phi_dot)/eps)}
-generalized_forces: {x: F, phi: -R*F}
-"""
 
 
 @pytest.mark.parametrize("text", [TIPPE_TOP, BALL], ids=["tippe top", "ball"])
