@@ -34,10 +34,12 @@ from lagrange_cli.native.stepping.proof import (
     WIDER,
     Margins,
     Proof,
+    exceeded,
+    expected,
     least,
     radii,
     weights_of,
-)  # fmt: skip
+)
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -115,13 +117,13 @@ class _Writer:
                 self.add(one)
         h, inverse = Real(f, "%h"), 1.0 / Real(f, "%unit")
         scaled, nothing = h * inverse, self.margins.negligible(f, h)
-        masses, wrong = self.numbers[self.arrangement.lasting.masses], f.variable(f.never(1))
+        masses, excess = self.numbers[self.arrangement.lasting.masses], f.variable(f.constant(0.0))
         with f.loop(0, self.lengths.degrees, tested=False) as i:
             change = (self.slope(i, scaled) + f.magnitude(self.speed(i, f.count(1)))) * inverse
             speed = f.magnitude(f.load(self.numbers[self.system.v], i)) / h
             allowed = f.magnitude(f.load(masses, i)) * f.fused(change + speed, self.margins.small, nothing)
-            wrong.set(wrong.get() | ~(f.load(defects, i) * WIDER <= allowed))
-        f.give(~wrong.get())
+            excess.set(exceeded(f, excess.get(), f.load(defects, i) * WIDER, allowed))
+        f.give(expected(f, excess.get(), self.lengths.order))
         return f
 
     # coordinates and velocities

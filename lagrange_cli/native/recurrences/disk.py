@@ -20,6 +20,8 @@ from lagrange_cli.native.recurrences.evaluation import emit_power, whole_power
 
 FUNCTIONS = 2.0**-49
 """The relative rounding error of functions."""
+MOST_ROOTS = 16
+"""Half integers up to this are powers of square roots: logarithms and exponentials take ten times as long."""
 PARTNERS = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}
 """Functions with addition theorems, in which these are the other ones."""
 
@@ -184,7 +186,30 @@ class Disks(DiskArithmetic):
         centre = self.centre_power(u, exponent)
         if u.radius is None:
             return Disk(centre, self.spread_of(centre) * FUNCTIONS)
-        return self._constant_power(centre, u, self.all(float(exponent)), positive=exponent > 0)
+        e = float(exponent)
+        if 2 * e == int(2 * e) and abs(e) <= MOST_ROOTS:
+            return self._power_of_root(centre, u, e)
+        return self._constant_power(centre, u, self.all(e), positive=e > 0)
+
+    def _power_of_root(self, centre: Value, u: Disk, e: float) -> Disk:
+        """A power with half an integer e as its exponent (see ``_constant_power``), by square roots."""
+        f, size, r, above = self.f, self.size(u), self.radius(u), abs(e)
+
+        def raised(x: Real) -> Real:
+            power = self.whole_power(f.function("sqrt", self.positive(x)), int(2 * above))
+            return power if e > 0 else self.all(1.0) / power
+
+        value, s = self.spread_of(centre), r / size
+        grown = self.all(1.0) / self.whole_power(f.function("sqrt", self.all(1.0) - s), int(2 * above))
+        x = f.fused(s * s, 0.51, s) * above  # -log(1 - s) / e, and e^x is less than 1 / (1 - x)
+        near = f.select(s < 2.0**-8, x + x * x * 0.5 / (self.all(1.0) - x), grown - 1.0)
+        if 0 < e < 1:
+            near = self.lesser(near, self.all(1.0))
+        near = self.among(s < 1.0, value * near)
+        least, most = self.least(u), self.most(u)
+        radius = self.lesser(near, self.among(least > 0.0, raised(most if e > 0 else least) + value))
+        radius = f.fused(value, self.all((2 * above + 8) * FUNCTIONS), radius) + TINY
+        return Disk(centre, radius, lambda: raised(least if e > 0 else most))
 
     def _constant_power(self, centre: Value, u: Disk, exponent: Real, positive: bool | None = None) -> Disk:
         """A power with a constant exponent e.

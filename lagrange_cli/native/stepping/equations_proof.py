@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from math import inf
 
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.defect import Defect
@@ -10,15 +11,28 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.stepping.cancelling import StateSeries, Sums
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.proof import HEAD, WIDER, Margins, Proof, least, radii, weights_of
+from lagrange_cli.native.stepping.proof import (
+    HEAD,
+    WIDER,
+    Margins,
+    Proof,
+    exceeded,
+    expected,
+    least,
+    radii,
+    weights_of,
+)
 from lagrange_cli.records import dataclass
+
+TOGETHER = 4
+"""Rows whose extents are computed side by side: each sum waits for its last term."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +64,15 @@ class EquationsProof(Proof):
         Sums(disks, rows, series, moving, self.constants).enclose()
         emit_values(disks, rows, moving, self.constants)
         allowed = self._allowed(f, emitter, moving)
-        weights = weights_of(disks)
+        weights, excess = weights_of(disks), f.constant(0.0)
         for row, most in zip(self.defect.terms, allowed):
             total = f.constant(0.0)
             for term in row:
                 total = total + least(disks, moving[term], weights)
-            sure = total * WIDER <= most
             if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
-                sure = sure & (most < f.constant(float("inf")))
-            with f.when(~sure):
-                f.give(Bit(f, "false"))
-        f.give(Bit(f, "true"))
+                total = f.select(most < inf, total, f.constant(inf))
+            excess = exceeded(f, excess, total * WIDER, most)
+        f.give(expected(f, excess, self.lengths.order))
         return f
 
     def _extents(self, f: Function) -> None:
@@ -69,50 +81,65 @@ class EquationsProof(Proof):
         lengths, n = self.lengths, self.lengths.degrees
         first_multiplier, multipliers = self.margins.multipliers
         f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n + multipliers}, align {8 * LANES}")
-        first_rate, rates = self.margins.integrals if self.margins.integrals[1] else (n, n)
-        f.line(f"  %scales = alloca double, i64 {rates + multipliers}, align 8")
+        first_rate, rate_count = self.margins.integrals if self.margins.integrals[1] else (n, n)
+        f.line(f"  %scales = alloca double, i64 {rate_count + multipliers}, align 8")
         h, inverse = Real(f, "%h"), 1.0 / Real(f, "%unit")
         scaled = h * inverse
         r = radii(f, scaled)
 
-        def sum_of(row: Pointer, last: Integer, first: int, x: Real) -> Real:
+        def sums_of(rows: Sequence[Pointer], last: Sequence[Integer], first: int, x: Real) -> list[Real]:
             """sum_{m >= 1} |c[m]| x^m, or that of the slopes sum_{m >= 2} m |c[m]| x^(m - 1)."""
-            total, m = f.variable(f.splat(f.constant(0.0), x.lanes)), f.variable(last)
+            totals = [f.variable(f.splat(f.constant(0.0), x.lanes)) for _ in rows]
+            m = f.variable(last[0])
             with f.forever() as rounds:
-                c = f.magnitude(f.load(row, m.get() * lengths.term))
-                c = c * m.get().to_real() if first > 1 else c
-                total.set((total.get() + f.splat(c, x.lanes)) * x)
+                for total, row, most in zip(totals, rows, last):
+                    c = f.magnitude(f.load(row, m.get() * lengths.term))
+                    c = f.select(m.get() <= most, c, f.constant(0.0))
+                    c = c * m.get().to_real() if first > 1 else c
+                    total.set((total.get() + f.splat(c, x.lanes)) * x)
                 m.set(m.get() - 1)
                 rounds.repeat(m.get() >= first)
-            return total.get()
+            return [total.get() for total in totals]
 
-        def row_of(i: Integer) -> Pointer:
-            return f.place("%work", i * lengths.row + lengths.first)
+        def rows_of(listed: Sequence[Integer]) -> list[Pointer]:
+            return [f.place("%work", i * lengths.row + lengths.first) for i in listed]
 
-        with f.loop(0, 2 * n, tested=False) as i:
-            low = f.splat(f.magnitude(f.load("%state", i + self.margins.low)), LANES)
-            last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
-            f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
-        nothing = self.margins.negligible(f, h)
+        def several(first: Index, i: Integer, count: int) -> list[Integer]:
+            """Rows from one on, the last one of ``count`` again where there are no more."""
+            return [f.select(i + j < count, i + j, f.count(count - 1)) + first for j in range(TOGETHER)]
+
         top = f.count(lengths.top)
+        with f.loop(0, 2 * n, TOGETHER, tested=False) as i:
+            listed = several(0, i, 2 * n)
+            last = [f.select(one < n, f.count(lengths.order), top) for one in listed]
+            for one, extent in zip(listed, sums_of(rows_of(listed), last, 1, r)):
+                low = f.splat(f.magnitude(f.load("%state", one + self.margins.low)), LANES)
+                f.store_row(extent + low, "%extents", one * LANES, aligned=True)
+        nothing = self.margins.negligible(f, h)
 
-        def slopes(i: Integer, place: Integer) -> None:
-            extent = sum_of(row_of(i), top, 2, r) * f.splat(inverse, LANES)
-            f.store_row(extent, "%extents", place * LANES, aligned=True)
+        def rates(first: int, count: int, extents: int, scales: int, *, speeds: bool) -> None:
+            """The extents of rates of rows, and what each rate may be off, from such places on."""
+            with f.loop(0, count, TOGETHER, tested=False) as i:
+                listed = several(first, i, count)
+                rows, last = rows_of(listed), [top] * TOGETHER
+                sizes = sums_of(rows, last, 2, scaled)
+                if extents >= 0:
+                    for one, extent in zip(listed, sums_of(rows, last, 2, r)):
+                        place = (one + (extents - first)) * LANES
+                        f.store_row(extent * f.splat(inverse, LANES), "%extents", place, aligned=True)
+                for one, row, size in zip(listed, rows, sizes):
+                    off = (size + f.magnitude(f.load(row, lengths.term))) * inverse
+                    if speeds:
+                        speed = f.magnitude(f.load("%state", one)) / h
+                        off = f.fused(off + speed, self.margins.small, nothing)
+                    else:
+                        off = off * self.margins.small
+                    f.store(off, "%scales", one + (scales - first))
 
-        def size(i: Integer) -> Real:
-            row = row_of(i)
-            return (sum_of(row, top, 2, scaled) + f.magnitude(f.load(row, lengths.term))) * inverse
-
-        with f.loop(first_rate, first_rate + rates, tested=False) as i:
-            if not self.margins.integrals[1]:
-                slopes(i, i + n)
-            speed = f.magnitude(f.load("%state", i)) / h
-            f.store(f.fused(size(i) + speed, self.margins.small, nothing), "%scales", i - first_rate)
+        followed = bool(self.margins.integrals[1])
+        rates(first_rate, rate_count, -1 if followed else 2 * n, 0, speeds=True)
         if multipliers:
-            with f.loop(0, multipliers, tested=False) as i:
-                slopes(i + first_multiplier, i + 3 * n)
-                f.store(size(i + first_multiplier) * self.margins.small, "%scales", i + rates)
+            rates(first_multiplier, multipliers, 3 * n, rate_count, speeds=False)
 
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
         """The disks of the symbols that the terms contain."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from math import log
+from math import inf, log, log2
 from typing import TypeAlias
 
 from lagrange_cli.native.interface import LANES
@@ -31,16 +31,19 @@ from lagrange_cli.records import dataclass
 RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
 """The radii of the disks of time, as multiples of the step."""
 SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
-"""A step that is not proven is tried again so many times as long, or as the step before; down to this part of
-what the series suggests, below which there is none."""
+"""A step of which nothing is known is tried again so many times as long, or as the step before; down to this
+part of what the series suggests, below which there is none."""
+EXPECTED = 0.97
+"""Of a step that is not proven the part that may be, as far as the bound of its defect tells."""
 WIDER = 1 + 2.0**-40
 """A margin larger than the rounding error of radii."""
 HEAD = (
-    "define internal i1 @{}(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, "
+    "define internal double @{}(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, "
     "double %h, double %unit, double %beyond) #0"
 )
 """The function, in the ``unit`` of time that the series have; ``beyond`` is the first order of the
-accelerations that they do not reach."""
+accelerations that they do not reach. It gives the part of the step ``h`` that may be proven: 1 if it is, 0
+where it cannot tell."""
 
 
 @dataclass(frozen=True)
@@ -106,12 +109,14 @@ def proven(
     with f.when(free), f.section() as sound, f.forever():
         needed = f.smaller(length.get(), left)
         given = f.pointer("%constants"), now.t + now.low, *places, needed, now.unit, beyond
-        sure = Bit(f, "true")
+        part = f.variable(f.constant(1.0))
         for one in proofs:
-            sure = sure & f.call(Bit, one.name, *given)
-        with f.when(sure):
+            with f.when(part.get() >= 1.0):
+                part.set(f.call(Real, one.name, *given))
+        with f.when(part.get() >= 1.0):
             sound.leave()
-        length.set(f.smaller(needed * SHORTER, before))
+        unknown = f.smaller(needed * SHORTER, before)
+        length.set(f.select(part.get() > 0.0, needed * part.get(), unknown))
         with f.when(~(length.get() > f.smaller(h, left) * LEAST)):
             length.set(f.constant(0.0))
             sound.leave()
@@ -135,3 +140,18 @@ def least(disks: Disks, term: Disk | None, weights: Real) -> Real:
     radius, unlimited = disks.radius(term or disks.constant(0)) * weights, disks.all(float("inf"))
     # what is not a number is not known
     return disks.f.reduce("fmin", disks.f.select(radius < unlimited, radius, unlimited))
+
+
+def expected(f: Function, excess: Real, order: int) -> Real:
+    """The part of a step that may be proven, if the bounds of defects are at most ``excess`` times what is
+    allowed: they grow like h^(n + 1) with series up to an ``order`` n + 1."""
+    part = 1.0 / excess
+    for _ in range(round(log2(order))):
+        part = f.function("sqrt", part)
+    return f.select(excess <= 1.0, f.constant(1.0), part * EXPECTED)
+
+
+def exceeded(f: Function, excess: Real, total: Real, allowed: Real) -> Real:
+    """The larger one of an excess and that of a ``total`` of bounds; infinite where this is not known."""
+    own = f.select(total <= allowed, f.constant(0.0), total / allowed)
+    return f.select(own <= excess, excess, f.select(own < inf, own, f.constant(inf)))
