@@ -33,8 +33,9 @@ RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
 SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step of which nothing is known is tried again so many times as long, or as the step before; down to this
 part of what the series suggests, below which there is none."""
-EXPECTED = 0.97
-"""Of a step that is not proven the part that may be, as far as the bound of its defect tells."""
+EXPECTED, SMALLEST = 0.97, 0.4
+"""Of what the bound of its defect says of a step that is not proven this part is tried, and no less than this
+part of the step: where exponentials grow, a bound grows faster than any power."""
 WIDER = 1 + 2.0**-40
 """A margin larger than the rounding error of radii."""
 HEAD = (
@@ -148,7 +149,8 @@ def expected(f: Function, excess: Real, order: int) -> Real:
     part = 1.0 / excess
     for _ in range(round(log2(order))):
         part = f.function("sqrt", part)
-    return f.select(excess <= 1.0, f.constant(1.0), part * EXPECTED)
+    part = f.select(part > 0.0, f.larger(part * EXPECTED, SMALLEST), part)
+    return f.select(excess <= 1.0, f.constant(1.0), part)
 
 
 def exceeded(f: Function, excess: Real, total: Real, allowed: Real) -> Real:
