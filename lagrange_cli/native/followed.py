@@ -35,6 +35,11 @@ class FollowedEquations:
     proven_too: Sequence[Node]
     doubtful: Sequence[Node]
 
+    @property
+    def quadratures(self) -> Mapping[int, Node]:
+        """The integrands that are asked for, by their numbers among all."""
+        return dict(enumerate(self.smooth.integrands.values(), len(self.arguments) + self.multipliers))
+
 
 def followed(
     residual: Residual,

@@ -129,7 +129,7 @@ def double(equations: Specification) -> MotionCode:
     from lagrange_cli.native.rates.schemes import on_rates
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
-    from lagrange_cli.native.stepping import static_forces
+    from lagrange_cli.native.stepping import integrand_errors, static_forces
     from lagrange_cli.native.stepping.advance import advance
     from lagrange_cli.native.stepping.coupling import of_residual
     from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
@@ -147,6 +147,9 @@ def double(equations: Specification) -> MotionCode:
     lengths, steps = side_by_side(equations.state.degrees, equations.state.rows, order), list[str]()
     made = equations.state, equations.constants, equations.emitter
     static = static_forces.in_doubles(residual, *made) if equations.steps or equations.scheme else ""
+    cancelling = ""
+    if equations.steps or equations.scheme:
+        cancelling = integrand_errors.in_doubles(residual, equations.followed.quadratures, *made)
     if equations.scheme:
         room, name = work, "jet"
         if equations.guards:
@@ -155,6 +158,7 @@ def double(equations: Specification) -> MotionCode:
             name, jet = BRIEF, jet + brief
         families = related(residual.model, fewest=2) + related_integrals(equations)
         rates = replace(given_of(equations, room, project), rates=name, related=families, static=static)
+        rates = replace(rates, cancelling=cancelling)
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)
     elif equations.steps:
@@ -165,6 +169,7 @@ def double(equations: Specification) -> MotionCode:
             lengths = replace(lengths, floor=floor)
             families += related_integrals(equations)
         own = replace(given_of(equations, work, project), related=families, static=static)
+        own = replace(own, cancelling=cancelling)
         steps.append(advance(DoubleSteps(lengths, own)))
     parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]
     return MotionCode(parts, work, operations, (0, 1, layout.width))
@@ -188,7 +193,7 @@ def double_double(equations: Specification) -> MotionCode:
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
-    from lagrange_cli.native.stepping import static_forces
+    from lagrange_cli.native.stepping import integrand_errors, static_forces
     from lagrange_cli.native.stepping.double_doubles import lengths_of, stepper
 
     rows = arrange(equations.series, equations.order, equations.state.width)
@@ -200,9 +205,12 @@ def double_double(equations: Specification) -> MotionCode:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    static = static_forces.in_double_doubles(equations.residual, equations.state, equations.constants)
+    made = equations.state, equations.constants
+    static = static_forces.in_double_doubles(equations.residual, *made)
+    cancelling = integrand_errors.in_double_doubles(equations.residual, equations.followed.quadratures, *made)
     given = given_of(equations, work, project)
     given = replace(given, related=related_integrals(equations), static=static)
+    given = replace(given, cancelling=cancelling)
     stepping = stepper(lengths_of(rows, given), rows.beyond, given)
     parts = [*operations(), *functions(), jet, *stepping]
     return MotionCode(parts, work, count, (LANES, 2 * rows.beyond, 1))

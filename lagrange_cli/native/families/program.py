@@ -241,7 +241,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             project=self.projection() + self.push(), timed=not self.system.steady, floors=floors,
             jointed=self.system.mixed, alone=bool(self.own_actions.loops),
             coupled=self.together, static=self.static(),
-            directions=self.directions(interface.inner),
+            directions=self.directions(interface.inner), cancelling=self.cancelled(),
         )  # fmt: skip
 
     @cached_property
@@ -311,6 +311,15 @@ class FamilyProgram(Returning, Observation, MotionJets):
             return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)
         assert self.rounded is not None
         return where_diagonal(self, self.rounded, unit)
+
+    def cancelled(self) -> str:
+        """``@round_integrands``, if there are integrands with errors that are known."""
+        if self.cancelling is None:
+            return ""
+        from lagrange_cli.native.families.allowances import of_integrands
+
+        unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
+        return of_integrands(self, self.cancelling, unit)
 
     def directions(self, state: StateLayout) -> str:
         """``@allow_directions``, where friction acts along differences of velocities. (Steps on rates measure

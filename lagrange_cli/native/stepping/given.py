@@ -63,5 +63,7 @@ class Given:
     directions: str = ""
     """The text of ``@allow_directions(constants, state, errors)``, if forces have the directions of
     differences of velocities, which may be small."""
+    cancelling: str = ""
+    """The text of ``@round_integrands`` (``integrand_errors``), if integrands are sums of terms."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""

@@ -199,6 +199,7 @@ class Steps(ABC):
             self.given.floors,
             self.given.static,
             self.given.directions,
+            self.given.cancelling,
         )
         return [*texts, *guards, *(f.text() for f in made)]
 

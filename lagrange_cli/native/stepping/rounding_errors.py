@@ -65,6 +65,8 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
             one = f.splat(f.constant(1.0), own.lanes)
             row.put(f.select(steady, one, f.zero(own.lanes)), parts.array(SMOOTH))
         parts.go(place)
+    if parts.round_at:
+        _keep_terms(parts, place)
     if parts.let_go:
         for side in (1.0, -1.0):  # of these changes one may be 0 by chance
             with parts.let_go(side):
@@ -76,6 +78,21 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
                 larger = (change > before) & (change < ENDLESS)
                 row.put(f.select(larger, change, before), parts.array(ROUNDING))
             parts.go(place)
+
+
+def _keep_terms(parts: StepParts, place: HighLow) -> None:
+    """Keep the rounding errors of terms that cancel in integrands at a ``place`` of the step, where series
+    are."""
+    assert parts.round_at
+    f, own, rates, errors = parts.f, parts.own, parts.array(KNOWN), parts.array(ALLOWED)
+    with parts.lengths.velocities(f) as row:
+        row.put(parts.rate(row)[0], rates)
+    with own.velocities(f) as row:
+        row.put(f.zero(own.lanes), errors)
+    parts.round_at(place, rates, errors)
+    with own.velocities(f) as row:
+        error, before = parts.of_series(row.at(errors)), row.at(parts.array(ROUNDING))
+        row.put(f.larger(error, before), parts.array(ROUNDING))
 
 
 def learn_rounding(parts: StepParts) -> None:
