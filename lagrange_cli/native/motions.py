@@ -114,14 +114,24 @@ def provings_of(equations: Specification) -> Sequence[Proving | None]:
     return own, proof_of(equations, more.proven_too), proof_of(equations, more.doubtful)
 
 
-def given_of(equations: Specification, work: int, project: str = "") -> Given:
-    """The code for steps, which work on so many doubles."""
+def given_of(equations: Specification, work: int, project: str = "", parts: int = 1) -> Given:
+    """The code for steps, which work on so many doubles, in numbers of so many ``parts``."""
     from lagrange_cli.native.stepping.given import Given
 
     given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
     more = equations.in_two, equations.followed.multipliers, project
-    alike = coupled(equations.residual)
-    return Given(*given, *more, timed=equations.residual.timed, coupled=alike)
+    alike, sums = coupled(equations.residual), cancelling(equations, parts)
+    return Given(*given, *more, timed=equations.residual.timed, coupled=alike, cancelling=sums)
+
+
+def cancelling(equations: Specification, parts: int) -> str:
+    """The text of ``@round_integrands``, if steps are taken and integrands are sums."""
+    if not (equations.followed.quadratures and (equations.steps or equations.scheme)):
+        return ""
+    from lagrange_cli.native.stepping.integrand_errors import in_double_doubles, in_doubles
+
+    given = equations.residual, equations.followed.quadratures, equations.state, equations.constants
+    return in_doubles(*given, equations.emitter) if parts == 1 else in_double_doubles(*given)
 
 
 def double(equations: Specification) -> MotionCode:
@@ -129,7 +139,7 @@ def double(equations: Specification) -> MotionCode:
     from lagrange_cli.native.rates.schemes import on_rates
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
-    from lagrange_cli.native.stepping import integrand_errors, static_forces
+    from lagrange_cli.native.stepping import static_forces
     from lagrange_cli.native.stepping.advance import advance
     from lagrange_cli.native.stepping.coupling import of_residual
     from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
@@ -147,9 +157,6 @@ def double(equations: Specification) -> MotionCode:
     lengths, steps = side_by_side(equations.state.degrees, equations.state.rows, order), list[str]()
     made = equations.state, equations.constants, equations.emitter
     static = static_forces.in_doubles(residual, *made) if equations.steps or equations.scheme else ""
-    cancelling = ""
-    if equations.steps or equations.scheme:
-        cancelling = integrand_errors.in_doubles(residual, equations.followed.quadratures, *made)
     if equations.scheme:
         room, name = work, "jet"
         if equations.guards:
@@ -158,7 +165,6 @@ def double(equations: Specification) -> MotionCode:
             name, jet = BRIEF, jet + brief
         families = related(residual.model, fewest=2) + related_integrals(equations)
         rates = replace(given_of(equations, room, project), rates=name, related=families, static=static)
-        rates = replace(rates, cancelling=cancelling)
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)
     elif equations.steps:
@@ -169,7 +175,6 @@ def double(equations: Specification) -> MotionCode:
             lengths = replace(lengths, floor=floor)
             families += related_integrals(equations)
         own = replace(given_of(equations, work, project), related=families, static=static)
-        own = replace(own, cancelling=cancelling)
         steps.append(advance(DoubleSteps(lengths, own)))
     parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]
     return MotionCode(parts, work, operations, (0, 1, layout.width))
@@ -193,7 +198,7 @@ def double_double(equations: Specification) -> MotionCode:
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
-    from lagrange_cli.native.stepping import integrand_errors, static_forces
+    from lagrange_cli.native.stepping import static_forces
     from lagrange_cli.native.stepping.double_doubles import lengths_of, stepper
 
     rows = arrange(equations.series, equations.order, equations.state.width)
@@ -205,12 +210,9 @@ def double_double(equations: Specification) -> MotionCode:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    made = equations.state, equations.constants
-    static = static_forces.in_double_doubles(equations.residual, *made)
-    cancelling = integrand_errors.in_double_doubles(equations.residual, equations.followed.quadratures, *made)
-    given = given_of(equations, work, project)
+    static = static_forces.in_double_doubles(equations.residual, equations.state, equations.constants)
+    given = given_of(equations, work, project, parts=2)
     given = replace(given, related=related_integrals(equations), static=static)
-    given = replace(given, cancelling=cancelling)
     stepping = stepper(lengths_of(rows, given), rows.beyond, given)
     parts = [*operations(), *functions(), jet, *stepping]
     return MotionCode(parts, work, count, (LANES, 2 * rows.beyond, 1))

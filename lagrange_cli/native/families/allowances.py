@@ -23,8 +23,8 @@ from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.integrand_errors import HEAD as ROUND_INTEGRANDS
 from lagrange_cli.native.stepping.integrand_errors import keep
+from lagrange_cli.native.stepping.rounding_errors import ROUND_INTEGRANDS
 from lagrange_cli.native.stepping.static_forces import HEAD, UNITS
 from lagrange_cli.native.stepping.step_size import ENDLESS
 

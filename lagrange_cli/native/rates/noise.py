@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.rates.places import HEAD, LONGEST, ROUNDED, wide_of
-from lagrange_cli.native.stepping.integrand_errors import round_integrands
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.related import one_by_one, write_coupled, write_fastest
-from lagrange_cli.native.stepping.rounding_errors import set_off
+from lagrange_cli.native.stepping.rounding_errors import round_integrands, set_off
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 

@@ -10,10 +10,10 @@ from lagrange_cli.native.guards import HALTED
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import whole_vectors
-from lagrange_cli.native.stepping.integrand_errors import round_integrands
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.parts import StepArrays, StepPart, StepParts, Units
 from lagrange_cli.native.stepping.quadratures import Quadratures
+from lagrange_cli.native.stepping.rounding_errors import round_integrands
 from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.native.stepping.sums import HighLow, difference
 

@@ -16,27 +16,17 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rounding import has_terms, size_where_moving
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Index, Pointer, Real
+from lagrange_cli.native.llvm.vector import Index, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.rounding_errors import ROUND_INTEGRANDS
 from lagrange_cli.native.stepping.step_size import ENDLESS
-from lagrange_cli.native.stepping.sums import HighLow
 
-NAME = "round_integrands"
-ARGUMENTS = "ptr %constants, double %t, double %low, ptr %state, ptr %rates, ptr %errors"
-HEAD = f"define internal void @{NAME}({ARGUMENTS}) #0"
-"""At the rows of velocities, ``%rates`` are accelerations. At those of integrals, ``%errors`` become at least
-the rounding errors of integrands."""
 UNITS = 16.0
 """Errors of so many units of the last place are allowed: there are two integrands, and series of them."""
-
-
-def round_integrands(f: Function, time: HighLow, state: Pointer, rates: Pointer, errors: Pointer) -> None:
-    """A call of it."""
-    f.call(None, NAME, f.pointer("%constants"), *time, state, rates, errors)
 
 
 def in_doubles(
@@ -67,7 +57,7 @@ def _text(
     sizes, accelerations = sizes_of(residual, integrands)
     if not sizes:
         return ""
-    f = Function(HEAD)
+    f = Function(ROUND_INTEGRANDS)
     kind, degrees = make(f), layout.degrees
     known: dict[Node, V | None] = {residual.model.time: number(*f.reals("t", "low"))}
     for first, symbols in ((0, residual.state_q), (degrees, residual.state_v)):

@@ -10,7 +10,7 @@ the state changes: it is as large as what the integrand changes by where it is l
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, StepParts
 from lagrange_cli.native.stepping.quadratures import ROUNDING
@@ -32,6 +32,12 @@ OFTEN = 16.0
 """Then the few changes are random ones: the next may be so many times as large."""
 SLOW, SLOWEST = 2.0**-20, 2.0**-100
 """The part of a velocity by which it is changed for a direction, and that of one at rest."""
+ROUND_INTEGRANDS = (
+    "define internal void @round_integrands"
+    "(ptr %constants, double %t, double %low, ptr %state, ptr %rates, ptr %errors) #0"
+)
+"""The function of ``integrand_errors``. At the rows of velocities, ``%rates`` are accelerations. At those of
+integrals, ``%errors`` become at least the rounding errors of terms that cancel in integrands."""
 SMOOTH = ENDED + 1
 """The array in which it is marked where they are."""
 
@@ -78,6 +84,11 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
                 larger = (change > before) & (change < ENDLESS)
                 row.put(f.select(larger, change, before), parts.array(ROUNDING))
             parts.go(place)
+
+
+def round_integrands(f: Function, time: HighLow, state: Pointer, rates: Pointer, errors: Pointer) -> None:
+    """A call of that function."""
+    f.call(None, "round_integrands", f.pointer("%constants"), *time, state, rates, errors)
 
 
 def _keep_terms(parts: StepParts, place: HighLow) -> None:
