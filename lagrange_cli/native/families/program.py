@@ -304,13 +304,12 @@ class FamilyProgram(Returning, Observation, MotionJets):
             return ""  # steps as short as time resolves would pass where motions stop
         if self.rounded is None and self.shaken is None:
             return ""
-        unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
         from lagrange_cli.native.families.allowances import of_joints, where_diagonal
 
         if self.shaken is not None:
-            return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)
+            return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), self.unit)
         assert self.rounded is not None
-        return where_diagonal(self, self.rounded, unit)
+        return where_diagonal(self, self.rounded, self.unit)
 
     def cancelled(self) -> str:
         """``@round_integrands``, if there are integrands with errors that are known."""
@@ -318,8 +317,12 @@ class FamilyProgram(Returning, Observation, MotionJets):
             return ""
         from lagrange_cli.native.families.allowances import of_integrands
 
-        unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
-        return of_integrands(self, self.cancelling, unit)
+        return of_integrands(self, self.cancelling, self.unit)
+
+    @property
+    def unit(self) -> float:
+        """The relative rounding error of the numbers."""
+        return (Emitter if self.kind.parts == 1 else DoubleDouble).unit
 
     def directions(self, state: StateLayout) -> str:
         """``@allow_directions``, where friction acts along differences of velocities. (Steps on rates measure

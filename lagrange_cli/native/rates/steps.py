@@ -96,15 +96,7 @@ class RateSteps(RatesAtNodes):
 
     def functions(self) -> list[str]:
         made = [*self.acceptance(), *self.helpers(), *self.rounding.functions(), self._tried(), self._carry()]
-        given = self.given
-        texts = [
-            clear_function(),
-            given.project,
-            given.floors,
-            given.static,
-            given.approach,
-            given.cancelling,
-        ]
+        texts = [clear_function(), *self.given.texts]
         if self.guards and self.watching:
             texts += self.guards.functions()
             texts += self.watching.tables()

@@ -67,3 +67,10 @@ class Given:
     """The text of ``@round_integrands`` (``integrand_errors``), if integrands are sums of terms."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""
+
+    @property
+    def texts(self) -> Sequence[str]:
+        """The texts of all functions that are given."""
+        return (
+            self.project, self.floors, self.static, self.directions, self.approach, self.cancelling,
+        )  # fmt: skip
