@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-
 from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.families.arrays import Array, Chain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.mechanics.rounding import size_of
+from lagrange_cli.families.rounding import Sizes, Unbounded
 from lagrange_cli.mechanics.static_forces import is_singular, is_steep, may_cancel
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import replace
-
-
-class Unbounded(Exception):
-    """Rounding errors have no bound that is known."""
 
 
 def rounding_at_rest(system: FamilySystem, *, pulled: bool = False) -> Total | None:
@@ -60,31 +54,26 @@ def rounding_of_joints(system: FamilySystem, signs: Array) -> FamilySystem | Non
     return replace(alone, forces=forces, loads=tuple(loads))
 
 
-class Resting:
-    """The totals of a system where velocities and multipliers are 0, and the sizes of their errors."""
+class Resting(Sizes):
+    """The same of a system where velocities and multipliers are 0."""
 
     def __init__(self, system: FamilySystem) -> None:
-        self.system, self.slots, self.graph = system, system.slots, system.slots.graph
+        super().__init__(system)
         self.cancels = False
         """Whether there are sums that may be 0 where no coordinate is."""
         self._made: dict[Total, Total] = {}
-        self._sizes: dict[Total, Total] = {}
-        self._places, self._moving, self._speeds = 0, system.time.symbols, 0
-        """The symbols of q, and of q and t, and of what contains these; and those of what rests."""
+        self._places, self._speeds = 0, 0
+        """The symbols of q, and of what contains these; and those of what rests."""
 
-    def size(self, total: Total) -> Total:
-        """The sizes of the errors of a total at rest."""
-        if total not in self._sizes:
-            terms = [replace(one, node=self._size_of(one)) for one in self.at_rest(total).terms]
-            self._sizes[total] = self._like(total, terms)
-        return self._sizes[total]
+    def looked(self, total: Total) -> Total:
+        return self.at_rest(total)
 
     def at_rest(self, total: Total) -> Total:
         """A total at rest."""
         if total not in self._made:
             terms = [replace(one, node=self._still(one)) for one in total.terms]
             same = all(new.node is old.node for new, old in zip(terms, total.terms))
-            self._made[total] = total if same else self._like(total, terms)
+            self._made[total] = total if same else self.like(total, terms)
             nodes = [one.node for one in self._made[total].terms]
             apart = any(not one.symbols & self._places for one in nodes)
             if apart and len(nodes) > 1 and any(one.symbols & self._moving for one in nodes):
@@ -97,13 +86,9 @@ class Resting:
         assert bonds is not None
         (multiplier,) = [one for one, slot in self.slots.inside(term.node) if slot.array is bonds.multipliers]
         slope = self.graph.diff(term.node, multiplier)
-        return self._size_of(replace(term, node=self._still(replace(term, node=slope)))) * (
+        return self.size_of(replace(term, node=self._still(replace(term, node=slope)))) * (
             self.graph.absolute(multiplier)
         )
-
-    def _like(self, total: Total, terms: Sequence[Term]) -> Total:
-        chain = (total.tree, total.back) if isinstance(total, Chain) else (None, False)
-        return total_of(total.count, terms, self.graph, chain[0], back=chain[1])
 
     def _still(self, term: Term) -> Node:
         """A term where nothing moves."""
@@ -141,16 +126,3 @@ class Resting:
             self._places |= symbol.symbols
         if any(one.symbols & self._moving for one in terms):
             self._moving |= symbol.symbols
-
-    def _size_of(self, term: Term) -> Node:
-        graph, known = self.graph, dict(self._known(term))
-        return size_of(graph, term.node, known=known, steep=False)
-
-    def _known(self, term: Term) -> Iterator[tuple[Node, Node]]:
-        """The sizes of what is constant in a term, whose error is the same at any time, and of totals."""
-        for node in reachable([term.node]):
-            if not node.symbols & self._moving:
-                yield node, self.graph.absolute(node)
-        for symbol, slot in self.slots.inside(term.node):
-            if isinstance(slot.array, Total) and symbol.symbols & self._moving:
-                yield symbol, self.slots.symbol(slot.domain, self.size(slot.array), slot.table)

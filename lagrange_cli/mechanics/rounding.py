@@ -42,6 +42,21 @@ def size_of(
     return made[node]
 
 
+def size_where_moving(graph: Graph, node: Node, moving: int) -> Node:
+    """The same of an expression in what is ``moving``, in any state. What is constant in it has one error."""
+    constant = {one: graph.absolute(one) for one in reachable([node]) if not one.symbols & moving}
+    return size_of(graph, node, ~moving, constant, steep=False)
+
+
+def has_terms(node: Node, moving: int) -> bool:
+    """Whether terms that move may cancel in an expression: one without such sums is known to parts of
+    itself."""
+    return any(
+        one.kind is Kind.SUM and one.symbols & moving and len(one.arguments) + bool(one.data[0]) > 1
+        for one in reachable([node])
+    )
+
+
 def _of_product(graph: Graph, node: Node, sizes: list[Node], *, steep: bool) -> Node:
     factors = [*zip(node.arguments, sizes, node.data)]
     risky = [one for one in factors if not steep and (one[2] < 0 or one[2] != int(one[2]))]

@@ -42,6 +42,11 @@ class FollowedEquations:
         """How many integrals of multipliers, and of sums, there are."""
         return self.multipliers, len(self.sums)
 
+    @property
+    def quadratures(self) -> Mapping[int, Node]:
+        """The integrands that are asked for, by their numbers among all."""
+        return dict(enumerate(self.smooth.integrands.values(), len(self.arguments) + sum(self.shown)))
+
 
 def followed(
     residual: Residual,

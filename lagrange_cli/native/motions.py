@@ -114,14 +114,24 @@ def provings_of(equations: Specification) -> Sequence[Proving | None]:
     return own, proof_of(equations, more.proven_too), proof_of(equations, more.doubtful)
 
 
-def given_of(equations: Specification, work: int, project: str = "") -> Given:
-    """The code for steps, which work on so many doubles."""
+def given_of(equations: Specification, work: int, project: str = "", parts: int = 1) -> Given:
+    """The code for steps, which work on so many doubles, in numbers of so many ``parts``."""
     from lagrange_cli.native.stepping.given import Given
 
     given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
     more = equations.in_two, equations.followed.shown, project
-    alike = coupled(equations.residual)
-    return Given(*given, *more, timed=equations.residual.timed, coupled=alike)
+    alike, sums = coupled(equations.residual), cancelling(equations, parts)
+    return Given(*given, *more, timed=equations.residual.timed, coupled=alike, cancelling=sums)
+
+
+def cancelling(equations: Specification, parts: int) -> str:
+    """The text of ``@round_integrands``, if steps are taken and integrands are sums."""
+    if not (equations.followed.quadratures and (equations.steps or equations.scheme)):
+        return ""
+    from lagrange_cli.native.stepping.integrand_errors import in_double_doubles, in_doubles
+
+    given = equations.residual, equations.followed.quadratures, equations.state, equations.constants
+    return in_doubles(*given, equations.emitter) if parts == 1 else in_double_doubles(*given)
 
 
 def double(equations: Specification) -> MotionCode:
@@ -201,7 +211,7 @@ def double_double(equations: Specification) -> MotionCode:
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
     static = static_forces.in_double_doubles(equations.residual, equations.state, equations.constants)
-    given = given_of(equations, work, project)
+    given = given_of(equations, work, project, parts=2)
     given = replace(given, related=related_integrals(equations), static=static)
     stepping = stepper(lengths_of(rows, given), rows.beyond, given)
     parts = [*operations(), *functions(), jet, *stepping]

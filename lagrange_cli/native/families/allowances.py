@@ -2,7 +2,8 @@
 
 ``@allow_static`` is for forces that cancel at rest (see ``native.stepping.static_forces``),
 ``@allow_directions`` for friction along vectors, which is known to the rounding errors of the velocities
-whose difference gives its direction.
+whose difference gives its direction, and ``@round_integrands`` for terms that cancel in integrands (see
+``native.stepping.integrand_errors``).
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.stepping.integrand_errors import keep
+from lagrange_cli.native.stepping.rounding_errors import ROUND_INTEGRANDS
 from lagrange_cli.native.stepping.static_forces import HEAD, UNITS
 from lagrange_cli.native.stepping.step_size import ENDLESS
 
@@ -121,5 +124,29 @@ def allow_directions(arrangement: Arrangement, errors: Total, state: StateLayout
         f.store_row(f.load_row(target, i, lanes) + error, target, i)
 
     in_vectors(f, degrees, add)
+    f.give()
+    return f.text()
+
+
+def of_integrands(arrangement: Arrangement, sizes: Total, unit: float) -> str:
+    """The text of the function, from the ``sizes`` of the errors of integrands, in units of rounding of this
+    size, in doubles."""
+    f, system, fixed = Function(ROUND_INTEGRANDS), arrangement.system, arrangement.lasting.fixed
+    vectors = DoubleVectors(f)
+    base = arrangement.scratch(vectors)
+    arrays = arrangement.state(f)
+    if not system.accelerations.terms:
+        arrays[system.accelerations] = f.place("%rates", arrangement.degrees, "double")
+    totals = needed([sizes], arrangement.slots, [*fixed, *arrays])
+    arrays |= arrangement.arrays(vectors, base, totals)
+    t, low = f.reals("t", "low")
+    evaluation = arrangement.evaluation(vectors, arrays, t + low)
+    evaluation.write(totals)
+    found, first = evaluation.where(sizes), arrangement.layout.integrals.start
+
+    def add(i: Integer, lanes: int) -> None:
+        keep(f, f.load_row(found, i, lanes), unit, i + first, lanes)
+
+    in_vectors(f, sizes.count, add)
     f.give()
     return f.text()

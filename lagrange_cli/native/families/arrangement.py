@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 
-import numpy as np
-
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.poles import nearing
+from lagrange_cli.families.rounding import of_integrands, places_of
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.constraints.contacts import ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import factors_of
@@ -218,6 +217,13 @@ class Arrangement(Scratch):
             if self.rounded is not None:
                 self.rounded = self.lasting.arranged(self.rounded, kept=False)
                 self.held = at_a_state(system, self.lasting) if pulled else None
+        self.cancelling: Total | None = None
+        """The rounding errors of the integrands whose integrals are asked for."""
+        if stepping and integrands:
+            sizes = of_integrands(
+                system, dict(enumerate(integrands.values(), self.silent)), len(self.integrals)
+            )
+            self.cancelling = sizes and self.lasting.arranged(sizes, kept=False)
         self.blurred: Total | None = None
         """The rounding errors of accelerations by friction along differences of velocities."""
         if self.modes is not None and self.modes.errors is not None and stepping:
@@ -253,13 +259,7 @@ class Arrangement(Scratch):
         for one in followed:
             terms += [replace(term, targets=term.targets + first) for term in one.terms]
             first += one.count
-        places: dict[Total, tuple[list[int], list[int]]] = {}
-        for place, (total, index) in enumerate(listed, len(self.integrals) - len(listed)):
-            sources, targets = places.setdefault(total, ([], []))
-            sources.append(index)
-            targets.append(place)
-        for total, both in places.items():
-            chosen, put = map(np.array, both)
+        for total, (chosen, put) in places_of(dict(enumerate(listed, first))).items():
             domain = Domain(len(chosen))
             terms.append(Term(domain, self.slots.symbol(domain, total, chosen), put))
         whole = total_of(len(self.integrals), terms, self.graph)

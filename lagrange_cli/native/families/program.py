@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from lagrange_cli.families.contacts import Coupled
+from lagrange_cli.native.families.allowing import Allowing
 from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
@@ -39,10 +40,8 @@ from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
+from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.doubles import accelerate
@@ -60,7 +59,7 @@ Steps: TypeAlias = "tuple[int, list[str], tuple[int, int, int]]"
 """The doubles that steps work on, their texts, and where series are (``Interface.series_at``)."""
 
 
-class FamilyProgram(Returning, Observation, MotionJets):
+class FamilyProgram(Allowing, Returning, Observation, MotionJets):
     """The functions of a program."""
 
     def written(self) -> Program:
@@ -241,7 +240,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             project=self.projection() + self.push(), timed=not self.system.steady, floors=floors,
             jointed=self.system.mixed, alone=bool(self.own_actions.loops),
             coupled=self.together, static=self.static(),
-            directions=self.directions(interface.inner),
+            directions=self.directions(interface.inner), cancelling=self.cancelled(),
         )  # fmt: skip
 
     @cached_property
@@ -297,29 +296,6 @@ class FamilyProgram(Returning, Observation, MotionJets):
         first = self.size
         self.size += proof_room(self)
         return partial(FamilyProof, self, first)
-
-    def static(self) -> str:
-        """``@allow_static``, if forces may cancel at rest; its arrays are the next ones."""
-        if self.system.passes or (self.modes is not None and self.modes.vectors):
-            return ""  # steps as short as time resolves would pass where motions stop
-        if self.rounded is None and self.shaken is None:
-            return ""
-        unit = (Emitter if self.kind.parts == 1 else DoubleDouble).unit
-        from lagrange_cli.native.families.allowances import of_joints, where_diagonal
-
-        if self.shaken is not None:
-            return of_joints(self, self.shaken, replace(self.setting(RATES), kind=DoubleVectors), unit)
-        assert self.rounded is not None
-        return where_diagonal(self, self.rounded, unit)
-
-    def directions(self, state: StateLayout) -> str:
-        """``@allow_directions``, where friction acts along differences of velocities. (Steps on rates measure
-        these errors.)"""
-        if self.scheme or self.blurred is None or self.kind is not DoubleVectors:
-            return ""
-        from lagrange_cli.native.families.allowances import allow_directions
-
-        return allow_directions(self, self.blurred, state)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""

@@ -20,7 +20,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.gauss_radau_lengths import LEAST, GaussRadauLengths
 from lagrange_cli.native.rates.gauss_radau_nodes import STRIDE, TERMS, inverse, products, tables
 from lagrange_cli.native.rates.gauss_radau_sizes import ORDER
-from lagrange_cli.native.rates.places import HEAD, HEADER, TRIED
+from lagrange_cli.native.rates.places import HEAD, HEADER
 from lagrange_cli.native.rates.steps import Trial
 from lagrange_cli.native.stepping.polynomial import powers
 
@@ -45,8 +45,6 @@ class GaussRadauSteps(GaussRadauLengths):
         return [*tables(), *super().functions()]
 
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
-        if self.given.static:
-            f.store(h, "%work", self._places.chosen + TRIED)
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
         factor, finite = self.judged(f, doubtful & regular, lambda: self._factor(f))

@@ -23,7 +23,7 @@ from lagrange_cli.native.rates.places import HEAD, LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.related import one_by_one, write_coupled, write_fastest
-from lagrange_cli.native.stepping.rounding_errors import set_off
+from lagrange_cli.native.stepping.rounding_errors import round_integrands, set_off
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
@@ -67,7 +67,7 @@ class RateNoise:
     """Measures rounding errors in ``steps``. The rates where the step begins are in ``%work`` from ``begin``
     on, there is room for three numbers of each row from ``spare`` on, and for the modes of guards; the state
     at a node, which is left as it was, is at ``node``, and the length of the step that is
-    tried, where forces may cancel at rest, at ``tried``."""
+    tried, where forces or terms of integrands may cancel, at ``tried``."""
 
     steps: RatesAtNodes
     begin: int
@@ -120,6 +120,8 @@ class RateNoise:
             self._where_none(f, first + degrees, count)
         places = ("%work", self.begin - degrees), ("%state", self.place)
         write_coupled(f, lengths, steps.given.coupled, *places, steps.bounds.rounding)
+        if steps.given.cancelling:
+            self._keep_terms(f, kept)
         if steps.given.static:
             f.call(None, "allow_static", *f.pointers("constants", "state"), f.place("%state", self.place))
             self._pass_on(f, half)
@@ -151,6 +153,13 @@ class RateNoise:
         steps.node(f, f.fused(size, now * LATER, now))
         f.give()
         return f
+
+    def _keep_terms(self, f: Function, node: Pointer) -> None:
+        """Keep the rounding errors of terms that cancel in integrands, at the beginning and at a node."""
+        now, rates = self.steps.now(f), f.place("%work", self.begin - self.steps.lengths.degrees, "double")
+        errors, later = f.place("%state", self.place, "double"), now + f.load("%work", self.tried)
+        for state, t in ((f.pointer("%state"), now), (node, later)):
+            round_integrands(f, (t, f.constant(0.0)), state, rates, errors)
 
     def _pass_on(self, f: Function, half: Pointer) -> None:
         """Let errors of rates move coordinates and velocities for the length of the step, and so change other

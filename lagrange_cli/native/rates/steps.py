@@ -96,8 +96,7 @@ class RateSteps(RatesAtNodes):
 
     def functions(self) -> list[str]:
         made = [*self.acceptance(), *self.helpers(), *self.rounding.functions(), self._tried(), self._carry()]
-        given = self.given
-        texts = [clear_function(), given.project, given.floors, given.static, given.approach]
+        texts = [clear_function(), *self.given.texts]
         if self.guards and self.watching:
             texts += self.guards.functions()
             texts += self.watching.tables()
@@ -276,6 +275,8 @@ class RateSteps(RatesAtNodes):
             h.set(self.begin(f, first, h.get()))
         with f.forever() as attempts:
             ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
+            if self.given.static or self.given.cancelling:
+                f.store(h.get(), "%work", at.chosen + TRIED)
             trial = self.attempt(f, t, low, h.get(), ratio, refused.get() >= self.patience)
             factor = trial.factor
             with f.when(given):

@@ -13,6 +13,7 @@ from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.parts import StepArrays, StepPart, StepParts, Units
 from lagrange_cli.native.stepping.quadratures import Quadratures
+from lagrange_cli.native.stepping.rounding_errors import round_integrands
 from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.native.stepping.sums import HighLow, difference
 
@@ -39,6 +40,9 @@ class DividedSteps(Steps):
         def prove(place: HighLow, length: Real) -> Bit:
             return self.has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
 
+        def errors(place: HighLow, rates: Pointer, to: Pointer) -> None:
+            round_integrands(f, self.sums.sum(f, (t, low), place), arrays, rates, to)
+
         guards = self.guards if self.guards and self.guards.holding else None
 
         @contextmanager
@@ -50,7 +54,8 @@ class DividedSteps(Steps):
 
         at = StepArrays(trial, f.pointer("%work"), arrays, series)
         free = let_go if guards else None
-        parts = StepParts(f, quadratures, self.sums, at, self.state.width, units, expand, free)
+        round_at = errors if self.given.cancelling else None
+        parts = StepParts(f, quadratures, self.sums, at, self.state.width, units, expand, free, round_at)
         made = self.division(
             parts, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
         )

@@ -64,5 +64,14 @@ class Given:
     directions: str = ""
     """The text of ``@allow_directions(constants, state, errors)``, if forces have the directions of
     differences of velocities, which may be small."""
+    cancelling: str = ""
+    """The text of ``@round_integrands`` (``integrand_errors``), if integrands are sums of terms."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""
+
+    @property
+    def texts(self) -> Sequence[str]:
+        """The texts of all functions that are given."""
+        return (
+            self.project, self.floors, self.static, self.directions, self.approach, self.cancelling,
+        )  # fmt: skip

@@ -193,14 +193,7 @@ class Steps(ABC):
         guards = self.guards.functions() if self.guards else []
         made += [self.noise.function()] if self.noise else []
         made += self.passing()
-        texts = (
-            clear_function(),
-            self.given.project,
-            self.given.floors,
-            self.given.static,
-            self.given.directions,
-        )
-        return [*texts, *guards, *(f.text() for f in made)]
+        return [clear_function(), *self.given.texts, *guards, *(f.text() for f in made)]
 
     def passing(self) -> list[Function]:
         """What ``@flip`` calls where compiled code finds out whether the motion passes."""

@@ -75,15 +75,17 @@ class StepParts:
 
     ``expand`` is to compute the series at a place of the step, in ``units.part``, where the state is already;
     where the motion may be held, ``let_go`` has equations in which it is not, to one side or the other.
+    ``round_at`` computes rounding errors of integrands there, from rates (``integrand_errors``).
     """
 
     def __init__(
         self, f: Function, quadratures: Quadratures, sums: Sums, at: StepArrays, low: int, units: Units,
         expand: Callable[[HighLow], None], let_go: Callable[[float], AbstractContextManager[None]] | None,
+        round_at: Callable[[HighLow, Pointer, Pointer], None] | None,
     ) -> None:  # fmt: skip
         self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
         self.lengths, self.own, self.bounds = quadratures.lengths, quadratures.own, quadratures.bounds
-        self.quadratures, self.expand, self.let_go = quadratures, expand, let_go
+        self.quadratures, self.expand, self.let_go, self.round_at = quadratures, expand, let_go, round_at
 
     # states and arrays
 

@@ -10,7 +10,7 @@ the state changes: it is as large as what the integrand changes by where it is l
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, StepParts
 from lagrange_cli.native.stepping.quadratures import ROUNDING
@@ -32,6 +32,12 @@ OFTEN = 16.0
 """Then the few changes are random ones: the next may be so many times as large."""
 SLOW, SLOWEST = 2.0**-20, 2.0**-100
 """The part of a velocity by which it is changed for a direction, and that of one at rest."""
+ROUND_INTEGRANDS = (
+    "define internal void @round_integrands"
+    "(ptr %constants, double %t, double %low, ptr %state, ptr %rates, ptr %errors) #0"
+)
+"""The function of ``integrand_errors``. At the rows of velocities, ``%rates`` are accelerations. At those of
+integrals, ``%errors`` become at least the rounding errors of terms that cancel in integrands."""
 SMOOTH = ENDED + 1
 """The array in which it is marked where they are."""
 
@@ -65,6 +71,8 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
             one = f.splat(f.constant(1.0), own.lanes)
             row.put(f.select(steady, one, f.zero(own.lanes)), parts.array(SMOOTH))
         parts.go(place)
+    if parts.round_at:
+        _keep_terms(parts, place)
     if parts.let_go:
         for side in (1.0, -1.0):  # of these changes one may be 0 by chance
             with parts.let_go(side):
@@ -76,6 +84,26 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
                 larger = (change > before) & (change < ENDLESS)
                 row.put(f.select(larger, change, before), parts.array(ROUNDING))
             parts.go(place)
+
+
+def round_integrands(f: Function, time: HighLow, state: Pointer, rates: Pointer, errors: Pointer) -> None:
+    """A call of that function."""
+    f.call(None, "round_integrands", f.pointer("%constants"), *time, state, rates, errors)
+
+
+def _keep_terms(parts: StepParts, place: HighLow) -> None:
+    """Keep the rounding errors of terms that cancel in integrands at a ``place`` of the step, where series
+    are."""
+    assert parts.round_at
+    f, own, rates, errors = parts.f, parts.own, parts.array(KNOWN), parts.array(ALLOWED)
+    with parts.lengths.velocities(f) as row:
+        row.put(parts.rate(row)[0], rates)
+    with own.velocities(f) as row:
+        row.put(f.zero(own.lanes), errors)
+    parts.round_at(place, rates, errors)
+    with own.velocities(f) as row:
+        error, before = parts.of_series(row.at(errors)), row.at(parts.array(ROUNDING))
+        row.put(f.larger(error, before), parts.array(ROUNDING))
 
 
 def learn_rounding(parts: StepParts) -> None:
