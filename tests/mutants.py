@@ -200,6 +200,10 @@ MUTATIONS = {
         'f.copy_rows(("%state", 0), ("%state", carried)',
         ("tests/cli/test_resume.py::test_an_implicit_run_goes_on_to_the_same_bytes",),
     ),
+    "a jump of a force that is taken for rounding": Mutation(
+        "native/rates/steps.py", "\nSUDDEN = 0.5\n", "\nSUDDEN = 0.0\n",
+        ("tests/motions/test_cuts.py::test_steps_on_rates_pass_a_force_that_jumps_as_precisely_as_time_is_resolved",),
+    ),
     "a coefficient of ias15": Mutation(
         "native/rates/gauss_radau_nodes.py", "/ ((k + 2) * (k + 3))",
         "/ ((k + 2) * (k + 3) + (k == TERMS - 1))",

@@ -35,7 +35,7 @@ def _sign(node: Node, known: Mapping[Node, Sign]) -> Sign:
         return of_number(node.data)
     if node.kind is Kind.SUM:
         constant, coefficients = node.data
-        terms = [known[a] if c > 0 else Sign.ANY for a, c in zip(node.arguments, coefficients)]
+        terms = [_sign_of_multiple(a, c, known) for a, c in zip(node.arguments, coefficients)]
         if min(terms) is Sign.ANY or not constant >= 0:
             return Sign.ANY
         return max(*terms, of_number(constant))
@@ -46,8 +46,44 @@ def _sign(node: Node, known: Mapping[Node, Sign]) -> Sign:
     if node.kind is Kind.FUNCTION:
         return FUNCTIONS.get(node.data, Sign.ANY)
     if node.kind is Kind.SWITCH:
-        return Sign.NEVER_NEGATIVE if is_absolute(node) else min(known[a] for a in node.arguments[1:])
+        return _sign_of_multiple(node, 1.0, known)
     return Sign.ANY
+
+
+def _sign_of_multiple(node: Node, factor: Any, known: Mapping[Node, Sign]) -> Sign:
+    """That of a number times an expression. The branches of a switch count where its argument has their side:
+    neither max(0, u) nor -min(0, u) is negative."""
+    if node.kind is not Kind.SWITCH:
+        return known[node] if factor > 0 else Sign.ANY
+    u, *branches = node.arguments
+    found = Sign.POSITIVE
+    for branch, side in zip(branches, (1, -1)):
+        ratio, rest = _in_terms_of(u, branch)
+        own = known[branch] if factor > 0 else Sign.ANY
+        if factor * ratio * side >= 0:
+            own = max(own, of_number(factor * rest))
+        found = min(found, own)
+    return found
+
+
+def _in_terms_of(u: Node, node: Node) -> tuple[Any, Any]:
+    """The numbers a and b of ``node`` = a u + b; not numbers where none are seen."""
+    (constant, own), (other, terms) = _terms(node), _terms(u)
+    ratios = {own[one] / factor for one, factor in terms.items()} if own.keys() == terms.keys() else {0.0}
+    if len(ratios) > 1 or (own and ratios == {0.0}):
+        return math.nan, math.nan
+    (ratio,) = ratios
+    return ratio, constant - ratio * other
+
+
+def _terms(node: Node) -> tuple[Any, dict[Node, Any]]:
+    """The constant and the coefficients of a sum."""
+    if node.kind is Kind.NUMBER:
+        return node.data, {}
+    if node.kind is not Kind.SUM:
+        return 0.0, {node: 1.0}
+    constant, coefficients = node.data
+    return constant, dict(zip(node.arguments, coefficients))
 
 
 def of_number(number: Any) -> Sign:

@@ -19,6 +19,7 @@ from lagrange_cli.expression.exact import LongNumberAlgebra
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.symbolic.grouping import tidy
@@ -123,6 +124,40 @@ def test_the_angle_at_the_origin_is_0() -> None:
     for text in ("atan2(0, 0)", "atan2(0, atan2(0, 0))", "1 + atan2(atan2(0, 1), 0)"):
         exact = build(parse(text), symbolic.symbol, symbolic)
         assert float(exact) == build(parse(text), {}.__getitem__, numbers), text
+
+
+@pytest.mark.parametrize(
+    ("text", "sign"),
+    [
+        ("max(0, y)", Sign.NEVER_NEGATIVE),
+        ("-min(0, 3*(x - y))", Sign.NEVER_NEGATIVE),
+        ("max(0, y - 9) + max(0, -y)", Sign.NEVER_NEGATIVE),
+        ("where(y > 2, y - 2, 0)", Sign.NEVER_NEGATIVE),
+        ("max(1, y)", Sign.POSITIVE),
+        ("where(y > 0, y - 1, 0)", Sign.ANY),
+        ("where(y > 0, 0, y)", Sign.ANY),
+        ("-max(0, y)", Sign.ANY),
+        ("where(y > 0, 0, x)", Sign.ANY),
+    ],
+)
+def test_branches_count_where_their_condition_holds(text: str, sign: Sign) -> None:
+    graph = GraphAlgebra()
+    assert signs(build(parse(text), graph.symbol, graph), {}) is sign
+
+
+SIDES = st.sampled_from(["x", "y", "-x", "x - y", "y - x", "2*x - 3", "x + 1", "0", "1", "-1"])
+
+
+@examples(100)
+@given(st.sampled_from(["where({0} > 0, {1}, {2})", "max({0}, {1}) - {2}", "-min({0}, {1})"]), *3 * [SIDES],
+       VALUES, VALUES)  # fmt: skip
+def test_what_is_never_negative_is_not(form: str, u: str, one: str, other: str, x: float, y: float) -> None:
+    graph = GraphAlgebra()
+    node = build(parse(form.format(f"({u})", f"({one})", f"({other})")), graph.symbol, graph)
+    for own in (node, -node):
+        value = evaluate([own], {"x": x, "y": y})[0][own]
+        assert value >= (0.0 if signs(own, {}) is Sign.NEVER_NEGATIVE else -math.inf)
+        assert value > 0.0 or signs(own, {}) is not Sign.POSITIVE
 
 
 @pytest.mark.exhaustive(keep=0.35)

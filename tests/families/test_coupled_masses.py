@@ -17,7 +17,7 @@ from lagrange_cli.native.stepping.coupling import full
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_closed_chains import exactly_followed
-from tests.families.test_systems import FORCES, OUTPUTS, PIECES, STRETCH, SYSTEM, nearness
+from tests.families.test_systems import FORCES, OUTPUTS, PIECES, STRETCH, SYSTEM
 from tests.support.families import alike, followed
 
 SIZES = 2, 3, 8, 9, 17
@@ -88,7 +88,7 @@ def test_motions_are_those_of_the_members(
     monkeypatch.setattr(systems, "FEWEST", 10**9)
     apart, expected = followed(text, OUTPUTS, method=method, stop=stop)
     assert together.recording.datasets == apart.recording.datasets
-    alike(found.data, expected.data, nearness(text, method), text)
+    alike(found.data, expected.data, 2.0**-43, text)
 
 
 @pytest.mark.exhaustive(keep=0.15)

@@ -85,7 +85,9 @@ def drawn(chance: random.Random) -> str:
         x, y = (f"sum(l*{f}(0.3 + j/3) for j in range(i))" for f in ("cos", "sin"))
         x, y = f"0.1 + {x}", f"0.2 + {y}"
     holonomic = HOLONOMIC[held] and "constraints:\n  " + HOLONOMIC[held].format(phi=f"({phi})")
-    turning = ', velocity: "0.5 - i/9"' if held != "a mean" and chance.random() < 0.7 else ""
+    # where y_dot follows from phi_dot, and obeys another constraint, phi_dot cannot be given
+    settled = held == "a mean" or (own == "with powers" and len(listed) > 1)
+    turning = ', velocity: "0.5 - i/9"' if not settled and chance.random() < 0.7 else ""
     return SYSTEM.format(
         count=count, k=chance.choice([0.7, 1.5]), x=x, y=y, phi=phi, turning=turning,
         mass=chance.choice(["1", "1 + i/7"]),

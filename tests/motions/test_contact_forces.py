@@ -53,6 +53,14 @@ def test_a_ball_is_as_long_in_contact_as_hertz_found(power: str, source: random.
     assert motion["v/y"][-1] == pytest.approx(v, rel=1e-13)
 
 
+def test_the_end_of_a_contact_is_no_edge_of_a_domain() -> None:
+    """The argument of the root is never negative. It was 0 at y = -7e-21, and the motion ended there."""
+    v, power = 1.7170345905600009, "sqrt(max(0, -y))**(2*p)"
+    motion = follow(BALL.format(k=48.09319248227404, p=3.3, y=1.0, v=-v, power=power), 3.0, 3)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/y"][-1] == pytest.approx(v, rel=1e-13)
+
+
 @pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("method", "bound"), [("taylor", 1e-13), ("DOP853", 1e-7), ("ias15", 1e-12)])
 def test_a_motion_may_begin_with_a_touch(method: str, bound: float) -> None:

@@ -46,6 +46,9 @@ LONGER, APART = 16.0, 0.125
 """By what factor at most, and by which one where rates are not finite."""
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
 STRAIGHT = 3
+SUDDEN = 0.5
+"""A step that is shorter than the one asked for by more than this factor does not lead to a singularity, in
+front of which steps become shorter little by little, but to where a force jumps."""
 
 
 @dataclass(frozen=True)
@@ -213,6 +216,11 @@ class RateSteps(RatesAtNodes):
         with f.when(h > left), f.when(self.retried(f, left) > 0.0):
             length.set(left)
         return length.get()
+
+    def sudden(self, f: Function, h: Real) -> Bit | None:
+        if not self.compares:
+            return None
+        return h < f.load("%state", self.state.carried_at + NEXT) * SUDDEN
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.watching

@@ -179,10 +179,12 @@ def approach(at: Progress, step: Planned) -> None:
             step.lax.set(at.one)
             step.goal.set(at.zero)
         # The allowance is based on the usual step. It shrinks no faster than the steps do in front of a
-        # singularity, and short steps just after a critical point do not reduce it.
+        # singularity, and short steps just after a critical point, or just before a jump, do not reduce it.
         near, grows = step.leaving.get(), h > step.now.previous * 1.25
         still = (grows | (near >= 2.0)) & (near > 0.0)
-        lagging = f.larger(step.reach, step.usual.get() * LAG)
+        sudden = at.steps.sudden(f, step.by_series)
+        lag = LAG if sudden is None else f.select(sudden, at.one, f.constant(LAG))
+        lagging = f.larger(step.reach, step.usual.get() * lag)
         step.usual.set(f.select(still, step.usual.get(), lagging))
         step.leaving.set(still.to_real())
 

@@ -178,6 +178,10 @@ class Steps(ABC):
     def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
         """Go to the end of the step, and write down what is expected there: the place farthest from 0."""
 
+    def sudden(self, f: Function, h: Real) -> Bit | None:
+        """Whether a step of ``h`` is far shorter than the one before it let expect; None where none is."""
+        return None
+
     @abstractmethod
     def divide(self, quadratures: Quadratures) -> Function:
         """``@divide``: the integrals of a step by parts (``divided``)."""

@@ -18,7 +18,7 @@ from lagrange_cli.symbolic.direct import Direct, directly
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.readback import ReadBack, Reader, Sizes
-from lagrange_cli.symbolic.verify import COMPILED, DIRECT, Verification
+from lagrange_cli.symbolic.verify import BOUND, COMPILED, DIRECT, Verification
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -160,9 +160,17 @@ class Comparison:
                 yield self.worst("{}_ddot", route, (values, np.maximum(sizes, blurred(of, q, v))), of(q, v))
             return
         left = [line.of(one.left - one.right) for line, one in self.equations.equations]
-        if self.compiled is not None:
-            solution = t, q, v, self.compiled(t, q, v, parameters), parameters
-            yield self.worst("the equation of {}", COMPILED, self.values(left, solution), np.zeros(len(q)))
+        if (solver := self.compiled) is not None:
+
+            def left_over(q: Array, v: Array) -> tuple[Array, Array]:
+                return self.values(left, (t, q, v, solver(t, q, v, parameters), parameters))
+
+            (rest, sizes), none = left_over(q, v), np.zeros(len(q))
+            found = self.worst("the equation of {}", COMPILED, (rest, sizes), none)
+            if not found[2] <= BOUND:  # perhaps by terms that cancel
+                sizes = np.maximum(sizes, blurred(lambda q, v: left_over(q, v)[0], q, v))
+                found = self.worst("the equation of {}", COMPILED, (rest, sizes), none)
+            yield found
         if len(q) <= SMALL:
             factors = [line.of(one.factor) for line, one in self.equations.equations]
             divided = self.values(factors, at)[0]
