@@ -9,6 +9,7 @@ import sympy
 
 from lagrange_cli.expression import symbolic_switches as switches
 from lagrange_cli.expression.algebra import Undecided
+from lagrange_cli.expression.symbolic_slopes import Slopes
 
 
 def angle(y: sympy.Expr, x: sympy.Expr) -> sympy.Expr:
@@ -36,6 +37,9 @@ class SympyAlgebra(Undecided):
     assumptions: those read back from printed text are then the same, and sqrt(r**2) stays as it was
     written instead of turning into Abs(r), whose derivative the expression language does not have.
     """
+
+    def __init__(self) -> None:
+        self._slopes = Slopes()
 
     def number(self, text: str) -> sympy.Expr:
         """The exact rational that a literal stands for: 9.81 is 981/100. Raises ``OverflowError``."""
@@ -74,4 +78,4 @@ class SympyAlgebra(Undecided):
 
     def diff(self, expression: sympy.Expr, symbol: sympy.Expr) -> sympy.Expr:
         """The partial derivative of ``expression`` by ``symbol``."""
-        return expression.diff(symbol)
+        return self._slopes.slope(expression, symbol)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, settled, to_terms
@@ -53,15 +55,14 @@ def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
 
     This applies only to terms that depend on nothing faster than ``fastest``: others have to be collected.
     """
-    kept = sympy.S.Zero
-    others = sympy.S.Zero
+    kept, others = [], []
     for part in sympy.Add.make_args(check_size(expression)):
-        short = with_settled_sums(part)
-        if short is None or order.role(part) > fastest or is_shorter(tidy(part, order), short):
-            others += part
+        short = None if order.role(part) > fastest else with_settled_sums(part)
+        if short is None or is_shorter(tidy(part, order), short):
+            others.append(part)
         else:
-            kept += short
-    return kept + tidy(others, order)
+            kept.append(short)
+    return sympy.Add(*kept, tidy(sympy.Add(*others), order))
 
 
 def is_shorter(expanded: sympy.Expr, short: sympy.Expr) -> bool:
@@ -93,8 +94,9 @@ def is_power_of_sum(factor: sympy.Expr) -> bool:
     return bool(factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1)
 
 
-def group(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum of the terms, collected by their velocities, accelerations and roots."""
+def group(terms: Terms, order: Order, longest: float = math.inf) -> sympy.Expr:
+    """The sum of the terms, collected by their velocities, accelerations and roots. Raises ``TooLargeError``
+    as soon as its parts have more terms and factors than ``longest``."""
     if any(base.is_Add and order.role(base) >= Role.VELOCITY for monomial in terms for base, _ in monomial):
         from lagrange_cli.symbolic.speeds import with_shared_speeds  # few systems have sums of velocities
 
@@ -103,7 +105,13 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
     for monomial, coefficient in terms.items():
         moving = frozenset(item for item in monomial if is_of_motion(item, order))
         groups.setdefault(moving, {})[monomial - moving] = coefficient
-    return sympy.Add(*(with_denominators(moving, inner, order) for moving, inner in groups.items()))
+    parts, size = [], 0
+    for moving, inner in groups.items():
+        parts.append(with_denominators(moving, inner, order))
+        size += size_of(parts[-1])
+        if size > longest:
+            raise TooLargeError
+    return sympy.Add(*parts)
 
 
 def shortened(terms: Terms) -> Terms:
@@ -260,6 +268,8 @@ def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
 
 def split(polynomial: sympy.Expr, terms: Terms) -> sympy.Expr:
     """A polynomial with these terms as a product. The same ones occur in many equations."""
+    if is_irreducible(terms):
+        return polynomial
     found = COUNTER.factored.get(polynomial)
     if found is None:
         charge(STEPS_TO_FACTOR * len(terms) * (1 + degree(terms)))
@@ -267,6 +277,19 @@ def split(polynomial: sympy.Expr, terms: Terms) -> sympy.Expr:
         if COUNTER.work is not None:
             COUNTER.factored[polynomial] = found
     return found
+
+
+def is_irreducible(terms: Terms) -> bool:
+    """Whether a sum that has no common factor is easily seen to be no product: a base x stands in one of its
+    terms alone, a x, where ``a`` is a product without x. Of two factors, the one without x would divide that
+    term and all others: it is a number, if all are integers."""
+    if any(number.denominator != 1 for number in terms.values()):
+        return False
+    alone: dict[sympy.Expr, bool] = {}
+    for monomial in terms:
+        for base, exponent in monomial:
+            alone[base] = exponent == 1 and base not in alone
+    return any(alone.values())
 
 
 def with_decimals(product: sympy.Expr, polynomial: sympy.Expr) -> sympy.Expr:
@@ -301,7 +324,7 @@ def with_leading_sign(terms: Terms, number: Number, order: Order) -> Number:
         rest = from_terms(divide(terms, content, abs(size)))
         if rest in order.written or -rest in order.written:
             return abs(number) if rest in order.written else -abs(number)
-    first = min(terms, key=lambda monomial: order.term_key(term(monomial)))
+    first = min(terms, key=order.monomial_key)
     return abs(number) if terms[first] > 0 else -abs(number)
 
 

@@ -51,7 +51,7 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     offsets = [momentum.xreplace(at_rest) for momentum in equations.momenta]
     excess = [own - offset for own, offset in zip(p, offsets, strict=True)]
     try:
-        velocities = solve(equations.mass_matrix, excess, order)
+        velocities = solve(equations.mass_matrix, excess.__getitem__, order)
     except Singular as error:
         reason = "the mass matrix is singular, so that momenta do not determine the velocities"
         raise UsageError(f"there is no Hamiltonian: {reason}") from error
