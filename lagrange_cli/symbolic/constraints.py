@@ -16,7 +16,8 @@ from lagrange_cli.model.model import Constraint as Given
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Constraint
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.notations import dotted
 from lagrange_cli.symbolic.order import Order, Role

@@ -26,7 +26,8 @@ from lagrange_cli.symbolic.constraints import (
     with_symbols,
 )
 from lagrange_cli.symbolic.equations import Equations, Event
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient
 from lagrange_cli.symbolic.textbook import textbook_form

@@ -10,7 +10,8 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.constraints import forces_of, multiplier_symbols
 from lagrange_cli.symbolic.equations import Equation, Equations
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient, slope

@@ -38,7 +38,8 @@ class Role(IntEnum):
 
 @dataclass(frozen=True)
 class Order:
-    """The role and rank of every symbol, and the order of expressions; ``known`` and ``keys`` are caches.
+    """The role and rank of every symbol, and the order of expressions. ``known``, ``keys`` and
+    ``expanded`` are caches.
 
     With ``decimals`` 7/10 is written as 0.7, as in files with decimals."""
 
@@ -48,6 +49,8 @@ class Order:
     """Differences of parameters that are written in this direction."""
     known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
     keys: dict[sympy.Expr, tuple[Any, ...]] = field(default_factory=dict, compare=False)
+    expanded: dict[sympy.Expr, bool] = field(default_factory=dict, compare=False)
+    """Whether a product of sums is shorter when it is expanded."""
 
     def role(self, expression: sympy.Expr) -> Role:
         """The highest role of the symbols of an expression."""

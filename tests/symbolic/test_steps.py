@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from lagrange_cli.expression import symbolic_slopes
 from lagrange_cli.expression.symbolic_slopes import Slopes
 from lagrange_cli.run.equations import as_data, as_written, derive
-from lagrange_cli.symbolic import canonical, grouping, slopes
+from lagrange_cli.symbolic import canonical, grouping, kept_sums, slopes
 from lagrange_cli.symbolic.canonical import multiply, to_terms
-from lagrange_cli.symbolic.grouping import group, is_irreducible, neat
+from lagrange_cli.symbolic.grouping import group, is_irreducible
+from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Terms,
@@ -196,16 +197,32 @@ def test_squares_of_velocities_are_not_shortened_before_they_are_collected(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     settled = []
-    plain = grouping.with_settled_sums
+    plain = kept_sums.with_settled_sums
 
     def counted(part: sympy.Expr) -> sympy.Expr | None:
         settled.append(part)
         return plain(part)
 
-    monkeypatch.setattr(grouping, "with_settled_sums", counted)
+    monkeypatch.setattr(kept_sums, "with_settled_sums", counted)
     spring = a * (x - b) ** 2 / 2
     found = neat((x * u + y * v) ** 2 + c * (u - v) ** 2 + spring, ORDER, Role.COORDINATE)
     assert settled == [spring] and found.has(spring)
+
+
+def test_terms_of_a_potential_are_expanded_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    tidied = []
+    plain = grouping.tidy
+
+    def counted(part: sympy.Expr, order: Order) -> sympy.Expr:
+        tidied.append(part)
+        return plain(part, order)
+
+    monkeypatch.setattr("lagrange_cli.symbolic.kept_sums.tidy", counted)
+    order = Order(ORDER.ranks)
+    potential = a * (x - y) ** 4 + b * (y - z) ** 4
+    first = neat(potential, order, Role.COORDINATE)
+    count = len(tidied)
+    assert neat(u**2 + potential, order, Role.COORDINATE) == u**2 + first and len(tidied) == count + 1
 
 
 @examples(5)

@@ -19,7 +19,7 @@ from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.linear import Block, entry_name
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.sums import finished, gathered
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import (
     KNOWN,
@@ -32,6 +32,7 @@ from lagrange_cli.symbolic.indexed.members import (
     summed_of,
 )
 from lagrange_cli.symbolic.indexed.whole import named, number
+from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.order import Order, Role
 
 INVERTED, OFFSET = "Minv", "b_"
