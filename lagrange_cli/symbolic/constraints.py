@@ -17,11 +17,11 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Constraint
 from lagrange_cli.symbolic.grouping import tidy
-from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.notations import dotted
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
+from lagrange_cli.symbolic.textbook import neat
 from lagrange_cli.symbolic.work import COUNTER, later
 
 LARGEST_BLOCK = 8

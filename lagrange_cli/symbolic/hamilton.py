@@ -11,11 +11,10 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.constraints import forces_of, multiplier_symbols
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.grouping import tidy
-from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
-from lagrange_cli.symbolic.textbook import textbook_form
+from lagrange_cli.symbolic.textbook import neat, textbook_form
 
 
 @dataclass(frozen=True)

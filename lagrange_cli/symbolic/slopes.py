@@ -10,7 +10,7 @@ from itertools import chain
 
 import sympy
 
-from lagrange_cli.expression.symbolic_slopes import chained
+from lagrange_cli.expression.symbolic import chained
 from lagrange_cli.symbolic.work import folded
 
 Row = Sequence[sympy.Expr]

@@ -10,13 +10,12 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.expression import symbolic_slopes
-from lagrange_cli.expression.symbolic_slopes import Slopes
+from lagrange_cli.expression import symbolic
+from lagrange_cli.expression.symbolic import Slopes
 from lagrange_cli.run.equations import as_data, as_written, derive
-from lagrange_cli.symbolic import canonical, grouping, kept_sums, slopes
+from lagrange_cli.symbolic import canonical, grouping, slopes, textbook
 from lagrange_cli.symbolic.canonical import multiply, to_terms
 from lagrange_cli.symbolic.grouping import group, is_irreducible
-from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Terms,
@@ -29,6 +28,7 @@ from lagrange_cli.symbolic.monomials import (
 )
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.perfect_powers import may_be_power
+from lagrange_cli.symbolic.textbook import neat
 from lagrange_cli.symbolic.work import size_of
 from tests.support.draws import examples
 from tests.support.motion import spec_of
@@ -197,13 +197,13 @@ def test_squares_of_velocities_are_not_shortened_before_they_are_collected(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     settled = []
-    plain = kept_sums.with_settled_sums
+    plain = textbook.with_settled_sums
 
     def counted(part: sympy.Expr) -> sympy.Expr | None:
         settled.append(part)
         return plain(part)
 
-    monkeypatch.setattr(kept_sums, "with_settled_sums", counted)
+    monkeypatch.setattr(textbook, "with_settled_sums", counted)
     spring = a * (x - b) ** 2 / 2
     found = neat((x * u + y * v) ** 2 + c * (u - v) ** 2 + spring, ORDER, Role.COORDINATE)
     assert settled == [spring] and found.has(spring)
@@ -217,7 +217,7 @@ def test_terms_of_a_potential_are_expanded_once(monkeypatch: pytest.MonkeyPatch)
         tidied.append(part)
         return plain(part, order)
 
-    monkeypatch.setattr("lagrange_cli.symbolic.kept_sums.tidy", counted)
+    monkeypatch.setattr("lagrange_cli.symbolic.textbook.tidy", counted)
     order = Order(ORDER.ranks)
     potential = a * (x - y) ** 4 + b * (y - z) ** 4
     first = neat(potential, order, Role.COORDINATE)
@@ -234,14 +234,14 @@ def test_derivatives_are_those_of_sympy_and_shared_parts_are_differentiated_once
         one, other = source.sample(nodes, 2)
         nodes.append(source.choice((one + other, one * other, sympy.sin(one), one**2 / (1 + other**2))))
     chained = []
-    plain = symbolic_slopes.chained
+    plain = symbolic.chained
 
     def counted(node: sympy.Expr, *arguments: object) -> sympy.Expr:
         chained.append(node)
         return plain(node, *arguments)  # type: ignore[arg-type]
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(symbolic_slopes, "chained", counted)
+        patched.setattr(symbolic, "chained", counted)
         derivatives = Slopes()
         for node in nodes:
             assert derivatives.slope(node, x) == node.diff(x)

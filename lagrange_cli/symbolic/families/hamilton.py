@@ -32,8 +32,8 @@ from lagrange_cli.symbolic.indexed.members import (
     summed_of,
 )
 from lagrange_cli.symbolic.indexed.whole import named, number
-from lagrange_cli.symbolic.kept_sums import neat
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.textbook import neat
 
 INVERTED, OFFSET = "Minv", "b_"
 INVERSE = "`Minv` is the inverse of the mass matrix `M`, and symmetric as `M` is"
