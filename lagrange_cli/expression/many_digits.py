@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import mpmath
@@ -54,5 +55,10 @@ class ManyDigits:
 
     def rounded(self, value: Any) -> Any:
         """The common key of values that differ by rounding errors at most."""
-        with self.context.workprec(self.common):
-            return self.context.mpf(value)._mpf_
+        return self.context.mpf(value, prec=self.common)._mpf_
+
+
+@cache
+def many_digits(digits: int) -> ManyDigits:
+    """The arithmetic of so many digits, which takes a millisecond to make. Nothing in it changes."""
+    return ManyDigits(digits)

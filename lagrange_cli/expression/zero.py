@@ -184,9 +184,9 @@ def vanishing(nodes: Sequence[Node]) -> list[Node]:
     if steps > min(MOST_WORK, work.most - work.spent):
         return []
     work.charge(steps)
-    from lagrange_cli.expression.many_digits import ManyDigits
+    from lagrange_cli.expression.many_digits import many_digits
 
-    arithmetic = ManyDigits(digits)
+    arithmetic = many_digits(digits)
     for _ in range(POINTS):
         at_a_point = at_random(nodes, source, arithmetic)
         nodes = [node for node in nodes if at_a_point[node]]

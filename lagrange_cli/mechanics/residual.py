@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property, reduce
 from operator import or_
+from typing import Any
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node, union
@@ -157,6 +158,11 @@ class Residual:
         matrix, first = self.mass_matrix, len(self.mass_matrix) - len(self.multipliers)
         upper = [(*row[:first], *(other[j] for other in matrix[first:])) for j, row in enumerate(matrix)]
         return replace(self, mass_matrix=(*upper[:first], *matrix[first:]), pushed=False)
+
+    @cached_property
+    def found(self) -> dict[str, Any]:
+        """What has been found out about the equations, by name, for stages that ask again."""
+        return {}
 
     @cached_property
     def bent(self) -> bool:

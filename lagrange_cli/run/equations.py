@@ -172,8 +172,8 @@ def further_conserved(model: Model[Node], equations: Equations) -> list[Conserve
     from lagrange_cli.mechanics.conserved.symmetries import symmetries, total_energy
     from lagrange_cli.symbolic.equations import Conserved
     from lagrange_cli.symbolic.from_graph import from_graph
-    from lagrange_cli.symbolic.grouping import neat
     from lagrange_cli.symbolic.order import Role
+    from lagrange_cli.symbolic.textbook import neat
 
     known = conservation(model)[1]
     every = [*symmetries(model, known)]

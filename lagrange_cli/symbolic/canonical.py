@@ -31,6 +31,7 @@ from lagrange_cli.symbolic.monomials import (
     common_factor,
     divide,
     from_terms,
+    joined,
     raised,
     ratio,
     term,
@@ -66,16 +67,35 @@ def to_terms(expression: sympy.Expr) -> Terms:
             add_into(total, to_terms(argument))
         return total
     if expression.is_Mul:
-        product: Terms = {ONE: 1}
-        for argument in expression.args:
-            product = multiply(product, to_terms(argument))
-        return product
+        return product_of(expression.args)
     if expression.is_Pow and expression.exp.is_Rational:
         return power(expression.base, ratio(expression.exp))
     inner = settled(expression)
     if inner is not expression and not inner.is_Function:
         return to_terms(inner)
     return {frozenset({(inner, 1)}): 1}
+
+
+def product_of(factors: Sequence[sympy.Expr]) -> Terms:
+    """The expanded form of a product: powers of symbols and functions together, and sums one by one."""
+    exponents: dict[sympy.Expr, Number] = {}
+    number: Number = 1
+    others = []
+    for factor in factors:
+        if factor.is_Rational:
+            number = number * ratio(factor)
+            continue
+        plain = factor.is_Pow and factor.exp.is_Rational
+        base, exponent = (factor.base, ratio(factor.exp)) if plain else (factor, 1)
+        base = settled(base) if base.is_Function else base
+        if base.is_Symbol or base.is_Function:
+            exponents[base] = exponents.get(base, 0) + exponent
+        else:
+            others.append(factor)
+    product: Terms = {frozenset(item for item in exponents.items() if item[1]): number} if number else {}
+    for factor in others:
+        product = multiply(product, to_terms(factor))
+    return product
 
 
 def power(base: sympy.Expr, exponent: Number) -> Terms:
@@ -149,17 +169,29 @@ def multiply(left: Terms, right: Terms) -> Terms:
         count > 1 and count * (max(map(len, left)) + max(map(len, right))) > FACTORS * LARGEST
     ):
         raise TooLargeError
-    charge(20 * count)
+    sizes = len(right) * sum(map(len, left)) + len(left) * sum(map(len, right))
+    charge(28 * count + 2 * sizes)
+    reducible = not (is_plain(left) and is_plain(right))
     product: Terms = {}
     for monomial, coefficient in left.items():
+        exponents = dict(monomial)
         for other, factor in right.items():
-            joined = combine(monomial, other)
-            if any(is_reducible(base, exponent) for base, exponent in joined):
+            both = joined(exponents.copy(), other) if other else monomial
+            if reducible and any(is_reducible(base, exponent) for base, exponent in both):
                 # a squared root, sqrt(x + y)**2, is a sum or a number again
-                add_into(product, to_terms(term(joined)), coefficient * factor)
+                add_into(product, to_terms(term(both)), coefficient * factor)
+                continue
+            value = product.get(both, 0) + coefficient * factor
+            if value:
+                product[both] = value
             else:
-                add_into(product, {joined: coefficient * factor})
+                product.pop(both, None)
     return product
+
+
+def is_plain(terms: Terms) -> bool:
+    """Whether a sum is one of products of powers of symbols and functions, of which none is reducible."""
+    return all(base.is_Symbol or base.is_Function for monomial in terms for base, _ in monomial)
 
 
 def is_reducible(base: sympy.Expr, exponent: Number) -> bool:
@@ -225,9 +257,8 @@ def contract_kinks(terms: Terms, monomial: Monomial) -> bool:
 
 def contract_squares(terms: Terms, monomial: Monomial) -> bool:
     """Apply a rule for squares to one term, in place."""
-    for base, exponent in monomial:
-        if type(base) not in PARTNERS or exponent < 2:
-            continue
+    squares = [base for base, exponent in monomial if type(base) in PARTNERS and exponent >= 2]
+    for base in in_order(squares):
         partner_type, sign = PARTNERS[type(base)]
         constant = -1 if base.func is sympy.sinh else 1
         coefficient = terms[monomial]
@@ -275,12 +306,17 @@ def contract_angles(terms: Terms, monomial: Monomial) -> bool:
     return False
 
 
+def in_order(bases: list[sympy.Expr]) -> list[sympy.Expr]:
+    """Factors of a monomial, sorted: a set has no order, but the result must not depend on chance."""
+    return sorted(bases, key=sympy.default_sort_key) if len(bases) > 1 else bases
+
+
 def wave_pairs(monomial: Monomial) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     """Pairs of different sines and cosines of different angles in a monomial."""
     waves = [base for base, exponent in monomial if type(base) in WAVES and exponent >= 1]
     if len(waves) > MOST_WAVES:
         return
-    waves.sort(key=sympy.default_sort_key)  # a set has no order, but the result must not depend on chance
+    waves = in_order(waves)
     for index, first in enumerate(waves):
         for second in waves[index + 1 :]:
             if first.args != second.args:

@@ -16,12 +16,13 @@ from lagrange_cli.model.model import Constraint as Given
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Constraint
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.notations import dotted
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
-from lagrange_cli.symbolic.work import COUNTER
+from lagrange_cli.symbolic.textbook import neat
+from lagrange_cli.symbolic.work import COUNTER, later
 
 LARGEST_BLOCK = 8
 """The largest number of coupled accelerations and multipliers for which an explicit solution is tried."""
@@ -83,7 +84,7 @@ def shown(
         slopes = tuple(one.xreplace(at_rest) for one in slopes)
         drift = tidy(expression.xreplace(at_rest), order)
         speed = expression
-    rate = tidy(-along_motion(speed, q, v, time), order)
+    rate = later(lambda: tidy(-along_motion(speed, q, v, time), order))
     return Constraint(one.name, expression, one.holonomic, multiplier, slopes, drift, rate)
 
 
@@ -146,10 +147,13 @@ def explicit(
         return None, BENT
     try:
         if not constraints:
-            found = solve(matrix, force, order)
+            found = solve(matrix, force.__getitem__, order)
             return found, "" if found else TOO_LONG
-        whole = bordered(matrix, constraints)
-        right = (*force, *(-each.rate for each in constraints))
+        whole, n = bordered(matrix, constraints), len(force)
+
+        def right(i: int) -> sympy.Expr:
+            return force[i] if i < n else -constraints[i - n].rate
+
         found = attempt(lambda: solve(whole, right, order, LARGEST_BLOCK, LONGEST))
         return found, "" if found else TOO_LONG
     except Singular:

@@ -26,10 +26,10 @@ from lagrange_cli.symbolic.constraints import (
     with_symbols,
 )
 from lagrange_cli.symbolic.equations import Equations, Event
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient
-from lagrange_cli.symbolic.textbook import textbook_form
+from lagrange_cli.symbolic.textbook import neat, textbook_form
 from lagrange_cli.symbolic.work import check_size
 
 DIFFERENCE = re.compile(r"\(\s*\w+\s*-\s*\w+\s*\)")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy
@@ -35,7 +36,8 @@ class Constraint:
     It says that sum_k ``slopes[k]`` q_dot_k + ``drift`` = 0 and sum_k ``slopes[k]`` q_ddot_k = ``rate``. Its
     generalized forces are ``multiplier``, a symbol, times ``slopes[k]``. Applied forces that are linear in
     the multiplier, such as friction, are ``multiplier`` times ``pushes[k]`` (empty where there are none).
-    Where they are not ``linear`` in all multipliers, they contain these.
+    Where they are not ``linear`` in all multipliers, they contain these. ``rate``, often the longest of all,
+    is what ``derived_rate`` returns, derived when it is first asked for.
     """
 
     name: str
@@ -44,9 +46,14 @@ class Constraint:
     multiplier: sympy.Symbol
     slopes: tuple[sympy.Expr, ...]
     drift: sympy.Expr
-    rate: sympy.Expr
+    derived_rate: Callable[[], sympy.Expr] = field(repr=False, compare=False)
     pushes: tuple[sympy.Expr, ...] = ()
     linear: bool = True
+
+    @cached_property
+    def rate(self) -> sympy.Expr:
+        """What does not depend on accelerations in the second derivative, on the right."""
+        return self.derived_rate()
 
     def column(self, k: int) -> sympy.Expr:
         """The factor of the multiplier in the equation of coordinate k."""

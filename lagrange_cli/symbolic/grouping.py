@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import sympy
 
-from lagrange_cli.symbolic.canonical import contract, settled, to_terms
+from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Monomial,
@@ -47,54 +49,9 @@ def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
     return expression if longer else check_size(grouped)
 
 
-def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
-    """As ``tidy``, but powers of sums, as in k*(x - l)**2/2, and products of several sums are expanded only
-    where that is shorter.
-
-    This applies only to terms that depend on nothing faster than ``fastest``: others have to be collected.
-    """
-    kept = sympy.S.Zero
-    others = sympy.S.Zero
-    for part in sympy.Add.make_args(check_size(expression)):
-        short = with_settled_sums(part)
-        if short is None or order.role(part) > fastest or is_shorter(tidy(part, order), short):
-            others += part
-        else:
-            kept += short
-    return kept + tidy(others, order)
-
-
-def is_shorter(expanded: sympy.Expr, short: sympy.Expr) -> bool:
-    """Whether an expanded form is shorter than one with powers of sums, and is not such a power itself, or is
-    not longer than a product of sums without powers."""
-    before, after = (any(map(is_power_of_sum, sympy.Mul.make_args(one))) for one in (short, expanded))
-    return size_of(expanded) < size_of(short) + (not before) and not after
-
-
-def with_settled_sums(part: sympy.Expr) -> sympy.Expr | None:
-    """A product of sums, or of powers of sums, with these contracted; None where there are none, or too
-    large."""
-    factors = sympy.Mul.make_args(part)
-    if not any(map(is_power_of_sum, factors)) and sum(one.is_Add for one in factors) < 2:
-        return None
-    try:
-        return sympy.Mul(*(settled(one) if one.is_Add else with_settled_base(one) for one in factors))
-    except TooLargeError:
-        return None
-
-
-def with_settled_base(factor: sympy.Expr) -> sympy.Expr:
-    """A factor, if it is a power of a sum with that contracted."""
-    return settled(factor.base) ** factor.exp if is_power_of_sum(factor) else factor
-
-
-def is_power_of_sum(factor: sympy.Expr) -> bool:
-    """Whether a factor is a square or higher power of a sum."""
-    return bool(factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1)
-
-
-def group(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum of the terms, collected by their velocities, accelerations and roots."""
+def group(terms: Terms, order: Order, longest: float = math.inf) -> sympy.Expr:
+    """The sum of the terms, collected by their velocities, accelerations and roots. Raises ``TooLargeError``
+    as soon as its parts have more terms and factors than ``longest``."""
     if any(base.is_Add and order.role(base) >= Role.VELOCITY for monomial in terms for base, _ in monomial):
         from lagrange_cli.symbolic.speeds import with_shared_speeds  # few systems have sums of velocities
 
@@ -103,7 +60,13 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
     for monomial, coefficient in terms.items():
         moving = frozenset(item for item in monomial if is_of_motion(item, order))
         groups.setdefault(moving, {})[monomial - moving] = coefficient
-    return sympy.Add(*(with_denominators(moving, inner, order) for moving, inner in groups.items()))
+    parts, size = [], 0
+    for moving, inner in groups.items():
+        parts.append(with_denominators(moving, inner, order))
+        size += size_of(parts[-1])
+        if size > longest:
+            raise TooLargeError
+    return sympy.Add(*parts)
 
 
 def shortened(terms: Terms) -> Terms:
@@ -260,6 +223,8 @@ def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
 
 def split(polynomial: sympy.Expr, terms: Terms) -> sympy.Expr:
     """A polynomial with these terms as a product. The same ones occur in many equations."""
+    if is_irreducible(terms):
+        return polynomial
     found = COUNTER.factored.get(polynomial)
     if found is None:
         charge(STEPS_TO_FACTOR * len(terms) * (1 + degree(terms)))
@@ -267,6 +232,19 @@ def split(polynomial: sympy.Expr, terms: Terms) -> sympy.Expr:
         if COUNTER.work is not None:
             COUNTER.factored[polynomial] = found
     return found
+
+
+def is_irreducible(terms: Terms) -> bool:
+    """Whether a sum that has no common factor is easily seen to be no product: a base x stands in one of its
+    terms alone, a x, where ``a`` is a product without x. Of two factors, the one without x would divide that
+    term and all others: it is a number, if all are integers."""
+    if any(number.denominator != 1 for number in terms.values()):
+        return False
+    alone: dict[sympy.Expr, bool] = {}
+    for monomial in terms:
+        for base, exponent in monomial:
+            alone[base] = exponent == 1 and base not in alone
+    return any(alone.values())
 
 
 def with_decimals(product: sympy.Expr, polynomial: sympy.Expr) -> sympy.Expr:
@@ -301,7 +279,7 @@ def with_leading_sign(terms: Terms, number: Number, order: Order) -> Number:
         rest = from_terms(divide(terms, content, abs(size)))
         if rest in order.written or -rest in order.written:
             return abs(number) if rest in order.written else -abs(number)
-    first = min(terms, key=lambda monomial: order.term_key(term(monomial)))
+    first = min(terms, key=order.monomial_key)
     return abs(number) if terms[first] > 0 else -abs(number)
 
 

@@ -10,11 +10,11 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.constraints import forces_of, multiplier_symbols
 from lagrange_cli.symbolic.equations import Equation, Equations
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
-from lagrange_cli.symbolic.textbook import textbook_form
+from lagrange_cli.symbolic.textbook import neat, textbook_form
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     offsets = [momentum.xreplace(at_rest) for momentum in equations.momenta]
     excess = [own - offset for own, offset in zip(p, offsets, strict=True)]
     try:
-        velocities = solve(equations.mass_matrix, excess, order)
+        velocities = solve(equations.mass_matrix, excess.__getitem__, order)
     except Singular as error:
         reason = "the mass matrix is singular, so that momenta do not determine the velocities"
         raise UsageError(f"there is no Hamiltonian: {reason}") from error

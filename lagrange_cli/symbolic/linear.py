@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import sympy
 
@@ -46,7 +46,7 @@ class Singular(ArithmeticError):
 
 def solve(
     matrix: Sequence[Sequence[sympy.Expr]],
-    right: Sequence[sympy.Expr],
+    right: Callable[[int], sympy.Expr],
     order: Order,
     largest: int = LARGEST_BLOCK,
     longest: float = math.inf,
@@ -54,15 +54,16 @@ def solve(
     """The explicit solution, or None where more than ``largest`` unknowns are coupled, or some of several are
     longer than ``longest``: it is too long to print.
 
-    ``matrix``: n rows of n; ``right``: n entries. Raises ``Singular``.
+    ``matrix``: n rows of n; ``right``: an entry by its row, asked for in blocks that are solved. Raises
+    ``Singular``.
     """
-    solution: list[sympy.Expr] = [sympy.S.Zero] * len(right)
+    solution: list[sympy.Expr] = [sympy.S.Zero] * len(matrix)
     try:
         for block in blocks(matrix):
             if len(block) > largest:
                 return None
             rows = [[to_terms(matrix[i][j]) for j in block] for i in block]
-            column = [to_terms(right[i]) for i in block]
+            column = [to_terms(right(i)) for i in block]
             determinant = shortened(contract(determinant_of(rows)))
             if not determinant:
                 raise Singular
@@ -74,7 +75,7 @@ def solve(
                 numerator = shortened(contract(determinant_of(replaced)))
                 if least_size(numerator) > longest:
                     return None
-                found = solution[index] = quotient(numerator, determinant, order)
+                found = solution[index] = quotient(numerator, determinant, order, longest)
                 if size_of(found) > longest:
                     return None
     except TooLargeError:
@@ -115,8 +116,9 @@ def determinant_of(rows: Matrix) -> Terms:
     return minor(tuple(range(len(rows))))
 
 
-def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:
-    """A fraction of two sums in lowest terms; over a single product, term by term."""
+def quotient(numerator: Terms, denominator: Terms, order: Order, longest: float = math.inf) -> sympy.Expr:
+    """A fraction of two sums in lowest terms; over a single product, term by term. Raises ``TooLargeError``
+    as soon as it is certain to be longer than ``longest``: what it is divided by may be left out by sympy."""
     if not numerator:
         return sympy.S.Zero
     content, number = common_factor(denominator)
@@ -124,11 +126,14 @@ def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:
     if len(denominator) > 1 and len(numerator) + len(denominator) <= LARGEST_FRACTION:
         numerator, denominator = reduced(numerator, denominator)
     if denominator == {ONE: 1}:
-        return group(numerator, order)
+        return group(numerator, order, longest)
     sign = with_leading_sign(denominator, 1, order)
     content, number = common_factor(numerator)
-    above = group(expanded(divide(numerator, content, number)), order)
-    return term(content, number * sign) * above / group(divide(denominator, ONE, sign), order)
+    below = group(divide(denominator, ONE, sign), order)
+    factor = term(content, number * sign)
+    enough = longest + size_of(below) + size_of(factor)
+    above = group(expanded(divide(numerator, content, number)), order, enough)
+    return factor * above / below
 
 
 def expanded(terms: Terms) -> Terms:

@@ -26,7 +26,7 @@ LARGEST = 4000
 
 
 class TooLargeError(Exception):
-    """The expanded form would have more than ``LARGEST`` terms."""
+    """The expanded form would have more than ``LARGEST`` terms, or its form is longer than it may be."""
 
 
 def from_terms(terms: Mapping[Monomial, Number]) -> sympy.Expr:
@@ -47,8 +47,9 @@ def rational(value: Number) -> sympy.Rational:
 
 def ratio(above: Any, below: Any = 1) -> Number:
     """The quotient of two numbers of any kind with numerator and denominator."""
-    above, below = above.numerator * below.denominator, below.numerator * above.denominator
-    return int(above) if below == 1 else Fraction(int(above), int(below))
+    above, below = int(above.numerator * below.denominator), int(below.numerator * above.denominator)
+    whole, rest = divmod(above, below)
+    return Fraction(above, below) if rest else whole
 
 
 def to_power(number: Number, exponent: int) -> Number:
@@ -74,10 +75,19 @@ def combine(left: Monomial, right: Monomial) -> Monomial:
     if not left or not right:
         return left or right
     charge(2 * (1 + len(left) + len(right)))
-    exponents = dict(left)
+    return joined(dict(left), right)
+
+
+def joined(exponents: dict[sympy.Expr, Number], right: Monomial) -> Monomial:
+    """The product of a monomial, given by its ``exponents``, which are used up, and another one."""
     for base, exponent in right:
-        exponents[base] = exponents.get(base, 0) + exponent
-    return frozenset(item for item in exponents.items() if item[1])
+        if base in exponents:
+            exponent = exponents[base] + exponent
+            if not exponent:
+                del exponents[base]
+                continue
+        exponents[base] = exponent
+    return frozenset(exponents.items())
 
 
 def raised(monomial: Monomial, exponent: Number) -> Monomial:

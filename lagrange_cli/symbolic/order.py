@@ -7,6 +7,7 @@ rest.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from enum import IntEnum
 from fractions import Fraction
 from typing import Any
@@ -15,6 +16,7 @@ import sympy
 
 from lagrange_cli.decimals import exact
 from lagrange_cli.records import dataclass, field
+from lagrange_cli.symbolic.monomials import Monomial, Number, term
 from lagrange_cli.symbolic.work import charge, folded, size_of
 
 STEPS_A_KEY = 5
@@ -36,7 +38,8 @@ class Role(IntEnum):
 
 @dataclass(frozen=True)
 class Order:
-    """The role and rank of every symbol, and the order of expressions; ``known`` and ``keys`` are caches.
+    """The role and rank of every symbol, and the order of expressions. ``known``, ``keys`` and
+    ``expanded`` are caches.
 
     With ``decimals`` 7/10 is written as 0.7, as in files with decimals."""
 
@@ -46,6 +49,8 @@ class Order:
     """Differences of parameters that are written in this direction."""
     known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
     keys: dict[sympy.Expr, tuple[Any, ...]] = field(default_factory=dict, compare=False)
+    expanded: dict[sympy.Expr, bool] = field(default_factory=dict, compare=False)
+    """Whether a product of sums is shorter when it is expanded."""
 
     def role(self, expression: sympy.Expr) -> Role:
         """The highest role of the symbols of an expression."""
@@ -85,19 +90,26 @@ class Order:
 
     def term_key(self, expression: sympy.Expr) -> tuple[Any, ...]:
         """Sort key of a term within a sum."""
+        factors = sympy.Mul.make_args(expression)
+        return self.product_key([base_and_exponent(factor) for factor in factors if not factor.is_Number])
+
+    def monomial_key(self, monomial: Monomial) -> tuple[Any, ...]:
+        """The same of a monomial, found without making the term where sympy would not change its factors."""
+        if all(stays_a_factor(base, exponent) for base, exponent in monomial):
+            return self.product_key(monomial)
+        return self.term_key(term(monomial))
+
+    def product_key(self, factors: Collection[tuple[sympy.Expr, Any]]) -> tuple[Any, ...]:
+        """Sort key of a product of powers, without its number."""
         accelerations: list[int] = []
         velocities: list[int] = []
         degree = 0
         slow: list[tuple[Any, ...]] = []
         constants: list[tuple[Any, ...]] = []
-        factors = sympy.Mul.make_args(expression)
         charge(STEPS_A_KEY * (1 + len(factors)))
-        for factor in factors:
-            if factor.is_Number:
-                continue
-            base, exponent = base_and_exponent(factor)
+        for base, exponent in factors:
             role, ranks = self.describe(base)
-            times = int(exponent) if exponent.is_Integer and exponent > 0 else 1
+            times = int(exponent) if is_whole(exponent) and exponent > 0 else 1
             if role is Role.ACCELERATION:
                 accelerations += ranks * times
             elif role is Role.VELOCITY:
@@ -160,6 +172,19 @@ def text_key(expression: sympy.Expr) -> str:
 def is_negative(term: sympy.Expr) -> bool:
     """Whether a term is written with a minus sign."""
     return bool(term.as_coeff_Mul()[0].is_negative)
+
+
+def stays_a_factor(base: sympy.Expr, exponent: Number) -> bool:
+    """Whether sympy is certain to leave a power as it is in a product: it joins exponentials, and takes
+    numbers out of roots."""
+    if base.is_Add:
+        return is_whole(exponent)
+    return bool(base.is_Symbol or (base.is_Function and not isinstance(base, sympy.exp)))
+
+
+def is_whole(exponent: Any) -> bool:
+    """Whether an exponent, of sympy's kind or a ``Number``, is an integer."""
+    return bool(exponent.is_Integer) if isinstance(exponent, sympy.Expr) else exponent.denominator == 1
 
 
 def base_and_exponent(factor: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:

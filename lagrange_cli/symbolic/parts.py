@@ -10,13 +10,14 @@ import sympy
 from lagrange_cli.model.model import Constraint, Model
 from lagrange_cli.symbolic.constraints import TOO_LONG, multiplier_symbols, with_symbols
 from lagrange_cli.symbolic.derive import kinetic_energy, textbook_order
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.order import Role
 from lagrange_cli.symbolic.render import Notation
 from lagrange_cli.symbolic.slopes import slope
 from lagrange_cli.symbolic.statements import KINDS, Section, Statement, Writer
+from lagrange_cli.symbolic.textbook import neat
 from lagrange_cli.symbolic.work import attempt, size_of
 
 LONGEST = 1000

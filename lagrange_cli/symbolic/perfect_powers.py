@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sympy
+
 from lagrange_cli.symbolic.monomials import Number, Terms, degree, ratio
 from lagrange_cli.symbolic.rings import ring_of
 from lagrange_cli.symbolic.work import charge
@@ -35,9 +37,17 @@ def powers(terms: Terms) -> tuple[Number, list[tuple[Terms, int]]] | None:
 
 
 def may_be_power(terms: Terms) -> bool:
-    """Whether the first and the last term, in a lexicographic order, are squares or cubes: those of a power
-    are, as they are the products of nothing but the first or the last terms of its base."""
-    bases = list({base for monomial in terms for base, _ in monomial})
+    """Whether the highest powers of all bases, and the first and the last term in a lexicographic order, are
+    squares or cubes. Those of a power are: these terms are products of nothing but the first or the last
+    terms of its base."""
+    highest: dict[sympy.Expr, Number] = {}
+    for monomial in terms:
+        for base, exponent in monomial:
+            highest[base] = max(exponent, highest.get(base, 0))
+    possible = [n for n in (2, 3) if all(e % n == 0 for e in highest.values())]
+    if not possible:
+        return False
+    bases = sorted(highest, key=sympy.default_sort_key)
     ordered = sorted(tuple(dict(monomial).get(base, 0) for base in bases) for monomial in terms)
     ends = ordered[0], ordered[-1]
-    return any(all(e % n == 0 for one in ends for e in one) for n in (2, 3))
+    return any(all(e % n == 0 for one in ends for e in one) for n in possible)

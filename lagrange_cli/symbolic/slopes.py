@@ -10,6 +10,7 @@ from itertools import chain
 
 import sympy
 
+from lagrange_cli.expression.symbolic import chained
 from lagrange_cli.symbolic.work import folded
 
 Row = Sequence[sympy.Expr]
@@ -39,17 +40,3 @@ def along_motion(expression: sympy.Expr, q: Row, v: Row, time: sympy.Expr) -> sy
     *slopes, drift = gradient(expression, [*q, time])
     pairs = zip(slopes, v, strict=True)
     return sympy.Add(*(each * own for each, own in pairs if each != 0), drift)
-
-
-def chained(node: sympy.Expr, symbol: sympy.Expr, slopes: Row) -> sympy.Expr:
-    """The derivative of an expression by a symbol, from those of its arguments."""
-    if node.is_Add:
-        return sympy.Add(*slopes)
-    if node.is_Mul:
-        factors, each = node.args, enumerate(slopes)
-        return sympy.Add(*(sympy.Mul(*factors[:i], own, *factors[i + 1 :]) for i, own in each if own != 0))
-    if node.is_Pow and slopes[1] == 0:
-        return node * (slopes[0] * node.exp / node.base)
-    if type(node)._eval_derivative is sympy.Function._eval_derivative:
-        return sympy.Add(*(node.fdiff(i) * own for i, own in enumerate(slopes, 1) if own != 0))
-    return node.diff(symbol)

@@ -29,7 +29,7 @@ def known_accelerations(equations: Equations) -> list[Mapping[sympy.Expr, sympy.
             )
         ]
         with suppress(Singular):
-            solved = attempt(lambda: solve(equations.mass_matrix, right, equations.order))
+            solved = attempt(lambda: solve(equations.mass_matrix, right.__getitem__, equations.order))
             if solved is not None:
                 found.append(dict(zip(equations.a, solved, strict=True)))
     return found

@@ -111,6 +111,20 @@ def attempt(steps: int, function: Callable[[], T]) -> T | None:
     return function() if COUNTER.work is None else COUNTER.work.attempt(steps, function)
 
 
+def later(function: Callable[[], T]) -> Callable[[], T]:
+    """``function``, to be called later: its work is then counted where that of now is, unless other work is
+    being counted."""
+    work = COUNTER.work
+
+    def counted() -> T:
+        if work is None or COUNTER.work is not None:
+            return function()
+        with counting(work):
+            return function()
+
+    return counted
+
+
 def check_size(expression: sympy.Expr) -> sympy.Expr:
     """The expression itself; raises ``TooLong`` where it is too long to be read or to be walked by sympy."""
     size = size_of(expression)

@@ -14,7 +14,9 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.guards.equations import guarded
 from lagrange_cli.mechanics.guards.holding import at_a_held_state
+from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import Row
@@ -230,6 +232,44 @@ PUCKS = dedent("""
     potential: sum((x[i + 1] - x[i] - 1)**2 + (y[i + 1] - y[i])**2 for i in range(N - 1))
     forces: {"puck[i in range(N)]": ["-mu*g*x_dot[i]/speed[i]", "-mu*g*y_dot[i]/speed[i]"]}
 """)
+
+
+RELATIVE = """
+sizes: {N: 4}
+parameters: {F: 0.5, k: 5, l: 1.0, w: 0.7}
+coordinates:
+  "x[i in range(N)]": {initial: "1.05*i", velocity: "0.5*sin(3*i + 1)"}
+  "y[i in range(N)]": {initial: "0.1*cos(2*i)", velocity: "0.5*cos(5*i)"}
+masses: {"p[i in range(N)]": 1 + i % 2}
+embedding: {"p[i in range(N)]": ["x[i]", "y[i]"]}
+potential: "sum(k*(norm(p[i + 1] - p[i]) - l)**2/2 for i in range(N - 1))"
+definitions:
+  "u[i in range(N - 1)]": "p[i + 1].vx - p[i].vx"
+  "v[i in range(N - 1)]": "p[i + 1].vy - p[i].vy"
+dissipation: >-
+  sum(F*norm((cos(w*t)*u[i] + sin(w*t)*v[i], cos(w*t)*v[i] - sin(w*t)*u[i])) for i in range(N - 1))
+"""
+
+
+def test_friction_along_relative_vectors_that_turn_takes_work_for_each_vector() -> None:
+    """Neither each velocity is looked for in each vector, nor each vector in each equation, which all contain
+    the time that it depends on."""
+    spent = []
+    for count in (15, 30, 60):
+        found = residual(RELATIVE, N=count)
+        before = found.graph.work.spent
+        assert len(guarded(found, {}).guards) == count - 1
+        spent.append(found.graph.work.spent - before)
+    assert spent[1] < 2.2 * spent[0] and spent[2] < 2.2 * spent[1]
+    assert spent[2] < 1_200_000
+
+
+def test_vectors_with_friction_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = residual(RELATIVE, N=3)
+    known = vectors(found)
+    assert len(known) == 2
+    monkeypatch.setattr("lagrange_cli.mechanics.guards.vectors.completed", lambda *_: pytest.fail("again"))
+    assert vectors(found) is known and len(guarded(found, {}).guards) == 2
 
 
 @pytest.mark.exhaustive(keep=0.15)

@@ -29,10 +29,10 @@ def test_a_sum_is_not_shorter_than_its_factors_together(value: sympy.Expr) -> No
 
 def test_a_solution_that_is_certain_to_be_too_long_is_not_written(monkeypatch: pytest.MonkeyPatch) -> None:
     matrix, right = [[a + ROOT, x], [y, ROOT]], [x * sympy.sin(ROOT), y]
-    found = solve(matrix, right, ORDER, longest=200)
+    found = solve(matrix, right.__getitem__, ORDER, longest=200)
     assert found is not None and max(map(size_of, found)) < 200
     monkeypatch.setattr(linear, "quotient", lambda *_: pytest.fail("it is written"))
-    assert solve(matrix, right, ORDER, longest=15) is None
+    assert solve(matrix, right.__getitem__, ORDER, longest=15) is None
 
 
 COUPLED = """

@@ -108,7 +108,7 @@ class Modes:
     def _by_length(self, node: Node) -> Node:
         """A node that contains u/|u| for vectors u, with unknowns in its place while the motion is held."""
         for guard in self.guards.values():
-            if guard.vector is None or not node.symbols & guard.vector.square.symbols:
+            if guard.vector is None or guard.vector.square.symbols & ~node.symbols:
                 continue
             plain, others = split(self.graph, node, guard.vector)
             at_rest = None if others.is_zero else held(self.graph, others, guard.vector)

@@ -24,6 +24,13 @@ from lagrange_cli.records import replace
 
 def vectors(residual: Residual) -> list[Vector]:
     """The vectors whose lengths forces contain, if forces have finite values where these are 0."""
+    if "vectors" not in residual.found:
+        residual.found["vectors"] = _vectors(residual)
+    found: list[Vector] = residual.found["vectors"]
+    return found
+
+
+def _vectors(residual: Residual) -> list[Vector]:
     graph, model = residual.graph, residual.model
     speeds = reduce(or_, (v.symbols for v in model.v), 0)
     squares, found = bases(residual.residual, speeds), []

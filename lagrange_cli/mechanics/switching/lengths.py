@@ -42,8 +42,8 @@ def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector 
     speeds = reduce(or_, (v.symbols for v in velocities), 0)
     rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
     for v in velocities:
-        first = graph.diff(rest, v)
-        if is_zero(first):
+        first = graph.diff(rest, v) if rest.symbols & v.symbols else graph.zero
+        if first.is_zero or is_zero(first):
             continue
         weight = graph.diff(first, v) / 2.0
         if weight.symbols & speeds or is_zero(weight):

@@ -19,11 +19,11 @@ from lagrange_cli.symbolic.families.frames import Frame, Kind
 from lagrange_cli.symbolic.families.lines import Line, Lines
 from lagrange_cli.symbolic.families.places import RATES, WrittenPlaces
 from lagrange_cli.symbolic.families.sums import exchanged
-from lagrange_cli.symbolic.grouping import neat
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, opened, rate_of, summed_of
 from lagrange_cli.symbolic.indexed.whole import Spans
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.textbook import neat
 
 
 class Given:

@@ -19,7 +19,7 @@ from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.linear import Block, entry_name
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.sums import finished, gathered
-from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import (
     KNOWN,
@@ -33,6 +33,7 @@ from lagrange_cli.symbolic.indexed.members import (
 )
 from lagrange_cli.symbolic.indexed.whole import named, number
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.textbook import neat
 
 INVERTED, OFFSET = "Minv", "b_"
 INVERSE = "`Minv` is the inverse of the mass matrix `M`, and symmetric as `M` is"

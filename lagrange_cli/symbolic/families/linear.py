@@ -52,7 +52,7 @@ class Block:
         there is none."""
         longest = LONGEST if len(right) > 1 else math.inf
         try:
-            found = attempt(lambda: solve(self.matrix, right, order, LARGEST_BLOCK, longest))
+            found = attempt(lambda: solve(self.matrix, right.__getitem__, order, LARGEST_BLOCK, longest))
         except Singular as error:
             raise Unsuited from error
         if found is None:
