@@ -33,6 +33,8 @@ RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
 SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step of which nothing is known is tried again so many times as long, or as the step before; down to this
 part of what the series suggests, below which there is none."""
+FAR = 4.0
+"""A step so many times as long as the one before is tried as it is, where a narrow force may be left behind."""
 EXPECTED, SMALLEST = 0.97, 0.4
 """Of what the bound of its defect says of a step that is not proven this part is tried, and no less than this
 part of the step: where exponentials grow, a bound grows faster than any power."""
@@ -105,8 +107,9 @@ def proven(
     """The step ``h``, of which no more than what is ``left`` is needed, or as much of it as is proven by all
     ``proofs``; 0 if nothing is. In front of a critical point (not ``free``) steps are parts of one that was
     proven."""
-    length = f.variable(h)
     before = f.select(now.previous > 0.0, now.previous * REGAINED, h)
+    near = h < now.previous * FAR  # then proofs are why the step before was shorter
+    length = f.variable(f.select(near, f.smaller(h, before), h))
     with f.when(free), f.section() as sound, f.forever():
         needed = f.smaller(length.get(), left)
         given = f.pointer("%constants"), now.t + now.low, *places, needed, now.unit, beyond
