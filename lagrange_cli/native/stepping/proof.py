@@ -34,7 +34,7 @@ SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step of which nothing is known is tried again so many times as long, or as the step before; down to this
 part of what the series suggests, below which there is none."""
 FAR = 4.0
-"""A step so many times as long as the one before is tried as it is, where a narrow force may be left behind."""
+"""A step so many times as long as the one before is tried as it is: a narrow force may be left behind."""
 EXPECTED, SMALLEST = 0.97, 0.4
 """Of what the bound of its defect says of a step that is not proven this part is tried, and no less than this
 part of the step: where exponentials grow, a bound grows faster than any power."""
