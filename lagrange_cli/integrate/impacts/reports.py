@@ -113,7 +113,7 @@ class Reports:
         reached = np.max(np.abs(states[:, : program.rows]), axis=1)
         grazing, errors = doubts(
             rates, lengths, t, reached, ULP[program.parts],
-            lambda k: float(sides.act_on(states[k])[1][events[k], 0]),
+            lambda k: float(sides.sizes_then(memories[k])[events[k], 0]),
         )  # fmt: skip
         self._sink.crossed(Crossings(events, t, low, states, grazing, errors))
         self._count += len(events)

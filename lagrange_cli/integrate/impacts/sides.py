@@ -152,8 +152,20 @@ class Sides:
         """What actions set, were they all done now (parts, values), and the sizes of arguments
         (events, 2)."""
         rows = self._acted(state)
+        return rows[:, : len(self.program.changed)], self._sizes(rows)
+
+    def sizes_then(self, memory: Array) -> Array:
+        """The sizes of arguments (events, 2) in the memory of an earlier state: parameters may have been
+        others."""
+        settings, constants = memory[self.layout.settings].copy(), np.empty_like(self.settling.constants)
+        self.settling.machine.prepare(settings.ctypes.data, constants.ctypes.data)
+        when = memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
+        return self._sizes(self._act(constants, when, self.state(memory)))
+
+    def _sizes(self, rows: Array) -> Array:
+        """The sizes of arguments (events, 2) among what ``@act`` computes."""
         count, events = len(self.program.changed), len(self.program.events)
-        return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
+        return rows[0, count : count + 2 * events].reshape(events, 2)
 
     def act_now(self) -> tuple[Array, Array]:
         """The same in the present state."""
@@ -215,7 +227,7 @@ class Sides:
         return ""
 
     def _when(self) -> Array:
-        """The time, and its low part."""
+        """The present time, and its low part."""
         return self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
 
     def _acted(self, state: Array) -> Array:
@@ -225,11 +237,13 @@ class Sides:
         return self._known.of(given.tobytes(), lambda: self._computed(when, state))
 
     def _computed(self, when: Array, state: Array) -> Array:
-        machine, program = self.settling.machine, self.program
-        assert machine.act is not None
-        count = program.parts * program.acted
         self.settling.prepare()
-        found = at_one_state(machine.act, self.settling.constants, when, state, count)
+        return self._act(self.settling.constants, when, state)
+
+    def _act(self, constants: Array, when: Array, state: Array) -> Array:
+        act, program = self.settling.machine.act, self.program
+        assert act is not None
+        found = at_one_state(act, constants, when, state, program.parts * program.acted)
         return found.reshape(program.parts, -1)
 
     def put(self, event: int, values: Array) -> bool:

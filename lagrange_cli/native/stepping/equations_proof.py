@@ -69,9 +69,9 @@ class EquationsProof(Proof):
             total = f.constant(0.0)
             for term in row:
                 total = total + least(disks, moving[term], weights)
-            if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
-                total = f.select(most < inf, total, f.constant(inf))
             excess = exceeded(f, excess, total * WIDER, most)
+            if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
+                excess = f.select(most < inf, excess, f.constant(inf))
         f.give(expected(f, excess, self.lengths.order))
         return f
 
