@@ -444,7 +444,8 @@ def spoiled(equations, what):
     if what == "slope":
         one = replace(one, slopes=(-one.slopes[0], *one.slopes[1:]))
     elif what == "rate":
-        one = replace(one, rate=-one.rate)
+        right = -one.rate
+        one = replace(one, derived_rate=lambda: right)
     elif what == "constraint":
         one = replace(one, expression=-one.expression + 2 * equations.q[0])
     elif what == "multiplier":
