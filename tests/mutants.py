@@ -42,6 +42,7 @@ class Mutation:
 
 
 FORMULATIONS = "tests/mechanics/test_formulations.py::"
+SUMS = "tests/native/stepping/test_cancelling.py::"
 LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
 CONSTRAINTS = "tests/motions/test_constraints.py::"
@@ -71,6 +72,14 @@ MUTATIONS = {
         "native/stepping/acceptance.py", "bad.set(bad.get() | row.moving(apart))",
         "bad.set(bad.get() & row.moving(apart))",
         ("tests/native/stepping/test_acceptance.py",),
+    ),
+    "what is beyond the series of a sum": Mutation(
+        "native/stepping/cancelling.py", "extent[node] + beyond[node]", "extent[node]",
+        (SUMS + "test_sums_lie_in_their_disks_which_are_not_much_larger[late-1.0]",),
+    ),
+    "the rounding of sums that cancel": Mutation(
+        "native/stepping/cancelling.py", "len(one.symbols) * ROUNDING", "0.0",
+        (SUMS + "test_sums_lie_in_their_disks_which_are_not_much_larger[late-1e-13]",),
     ),
     "a ledger's sign": Mutation(
         "mechanics/energetics.py", "self.power - self.lagrangian_rate(time)",
