@@ -77,10 +77,6 @@ MUTATIONS = {
         "native/stepping/cancelling.py", "extent[node] + beyond[node]", "extent[node]",
         (SUMS + "test_sums_lie_in_their_disks_which_are_not_much_larger[late-1.0]",),
     ),
-    "the rounding of sums that cancel": Mutation(
-        "native/stepping/cancelling.py", "len(one.symbols) * ROUNDING", "0.0",
-        (SUMS + "test_sums_lie_in_their_disks_which_are_not_much_larger[late-1e-13]",),
-    ),
     "a ledger's sign": Mutation(
         "mechanics/energetics.py", "self.power - self.lagrangian_rate(time)",
         "self.power + self.lagrangian_rate(time)",
