@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from textwrap import dedent
@@ -12,6 +13,7 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.expression.symbolic_switches import Largest, Switch
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
 from lagrange_cli.run.reactions import with_reactions
@@ -75,9 +77,36 @@ def renamed(equations: Equations, value: sympy.Expr) -> sympy.Expr:
 
 
 def same(left: sympy.Expr, right: sympy.Expr | str) -> bool:
-    """Whether two expressions are equal: proved, by writing sines and cosines as rational functions of the
-    half angle's tangent, which leaves a polynomial that must be zero."""
-    difference = sympy.expand_trig(left - expression(right))
+    """Whether two expressions are equal: proved on both sides of every switch, by writing sines and cosines
+    as rational functions of the half angle's tangent, which leaves a polynomial that must be zero. Roots
+    count as unknowns."""
+    return all(map(vanishes, on_each_side(left - expression(right))))
+
+
+def on_each_side(value: sympy.Expr) -> Iterator[sympy.Expr]:
+    """An expression on either side of each maximum of two: there is none in what is yielded, and no
+    ``where`` by their difference."""
+    found = next(iter(value.atoms(Largest)), None)
+    if found is None:
+        yield value
+        return
+    first, second = found.args
+    for taken, other in ((first, second), (second, first)):
+        sides = {found: taken}
+        for switch in value.atoms(Switch):
+            for branch, positive in ((1, taken - other), (2, other - taken)):
+                if sympy.expand(switch.args[0] - positive) == 0:
+                    sides[switch] = switch.args[branch]
+        yield from on_each_side(value.xreplace(sides))
+
+
+def vanishes(difference: sympy.Expr) -> bool:
+    """Whether a polynomial in sines, cosines and roots is 0."""
+    powers = {one for one in difference.atoms(sympy.Pow) if one.exp.is_Rational and not one.exp.is_Integer}
+    bases = {one: sympy.expand(one.base) for one in powers}
+    roots = {base: sympy.Dummy() for base in bases.values()}
+    difference = difference.xreplace({one: roots[base] ** (2 * one.exp) for one, base in bases.items()})
+    difference = sympy.expand_trig(difference)
     halves = {wave.args[0]: sympy.Dummy() for wave in difference.atoms(sympy.sin, sympy.cos)}
     rational = {sympy.sin(x): 2 * u / (1 + u**2) for x, u in halves.items()}
     rational |= {sympy.cos(x): (1 - u**2) / (1 + u**2) for x, u in halves.items()}

@@ -30,6 +30,7 @@ CONSERVED = {
     "lagrange_top": {"p_phi", "p_psi", "h"},
     "lattice": {"h"},
     "n_pendulum": {"h"},
+    "newtons_cradle": {"h"},
     "parabola_bead": {"h"},
     "pendulum": {"h"},
     "physical_pendulum": {"h"},
