@@ -58,7 +58,7 @@ def _sign_of_multiple(node: Node, factor: Any, known: Mapping[Node, Sign]) -> Si
     u, *branches = node.arguments
     found = Sign.POSITIVE
     for branch, side in zip(branches, (1, -1)):
-        ratio, rest = _in_terms_of(u, branch)
+        ratio, rest = in_terms_of(u, branch)
         own = known[branch] if factor > 0 else Sign.ANY
         if factor * ratio * side >= 0:
             own = max(own, of_number(factor * rest))
@@ -66,7 +66,7 @@ def _sign_of_multiple(node: Node, factor: Any, known: Mapping[Node, Sign]) -> Si
     return found
 
 
-def _in_terms_of(u: Node, node: Node) -> tuple[Any, Any]:
+def in_terms_of(u: Node, node: Node) -> tuple[Any, Any]:
     """The numbers a and b of ``node`` = a u + b; not numbers where none are seen."""
     (constant, own), (other, terms) = _terms(node), _terms(u)
     ratios = {own[one] / factor for one, factor in terms.items()} if own.keys() == terms.keys() else {0.0}

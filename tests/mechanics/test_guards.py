@@ -51,7 +51,10 @@ def test_a_system_without_switches_stays_as_it_is():
         ("1/sqrt(2 - 2*cos(x))", "-x_dot/abs(x_dot)", 2, 1),
         ("0", "-sign(x)*(1 + 1/(3*x)**2)", 1, 0),
         ("0", "where(x > 0, 1/x, -1)", 1, 0),
-        ("0", "where(x > 2, sign(x)/x**2, 1/x)", 2, 1),  # a pole on both sides of 2
+        ("0", "where(x > -2, sign(x)/x**2, 1/x)", 2, 1),  # a pole on both sides of -2
+        ("0", "where(x > 2, sign(x)/x**2, 1/x)", 1, 1),  # x has one sign beyond 2
+        ("0", "where(x < 2, sign(2*x - 5), 1/x)", 1, 1),  # so has 2 x - 5 before it
+        ("(max(0, -x) + max(0, x - 2))**2.5", "0", 2, 0),  # no branch has both, and none is held
         ("0", "where(x > 2, 1/x_dot, 0) - sign(x_dot)", 2, 2),  # a pole on one of them
         ("0", "-sign(x_dot)/(1 + x_dot**2)", 1, 1),
         ("0", "-sign(x)*(1 - exp(-1/x**2))", 1, 1),  # bounded

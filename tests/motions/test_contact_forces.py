@@ -53,6 +53,28 @@ def test_a_ball_is_as_long_in_contact_as_hertz_found(power: str, source: random.
     assert motion["v/y"][-1] == pytest.approx(v, rel=1e-13)
 
 
+BETWEEN = [
+    "(max(0, -y) + max(0, y - 9))**p", "sqrt(max(0, -y) + max(0, y - 9))**(2*p)",
+    "(max(0, -y) + max(0, y - L))**p", "(max(0, -y) + max(0, y - L))**3.3",
+]  # fmt: skip
+"""A ball between two soft walls; the place of one may be a parameter. Each ended at a touch."""
+
+
+@pytest.mark.parametrize("power", BETWEEN)
+@pytest.mark.parametrize(
+    "start", [(34.47124558091775, 2.6185843423430817), (279.3129679829945, 1.701201664003235)]
+)
+def test_a_ball_between_two_soft_walls_is_back_after_a_contact_with_each(
+    power: str, start: tuple[float, float], source: random.Random
+) -> None:
+    for k, v in (start, (10 ** source.uniform(1, 5), source.uniform(0.5, 3))):
+        text = BALL.format(k=k, p=3.3, y=1.0, v=-v, power=power).replace("a: 2", "L: 9")
+        motion = follow(text, 18.0 / v + 2 * contact_time(k, 3.3, v), 3)
+        assert motion.outcome.ending is Ending.COMPLETE
+        assert motion["q/y"][-1] == pytest.approx(1.0, abs=2e-14 * (1 + v) * (1 + math.sqrt(k)))
+        assert motion["v/y"][-1] == pytest.approx(-v, rel=1e-13)
+
+
 def test_the_end_of_a_contact_is_no_edge_of_a_domain() -> None:
     """The argument of the root is never negative. It was 0 at y = -7e-21, and the motion ended there."""
     v, power = 1.7170345905600009, "sqrt(max(0, -y))**(2*p)"

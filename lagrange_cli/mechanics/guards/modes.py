@@ -134,9 +134,9 @@ class Modes:
         inside = (above - below).symbols & self.holding
         if inside and self._reverses(node) and original not in self.free:
             self.coefficients |= inside
-        if node in self.inertial or inside or not self.holds:
+        if node in self.inertial or not self.holds:
             return graph.switch(guard.mode, above, below, -1)
-        if not self._jumps(node):
+        if inside or not self._jumps(node):
             resting = self._resting(original, above, below)
             if self._rooted(original, above, below):
                 steep = guard.steep or self._rooted(original, above, below, most=1)
@@ -145,7 +145,7 @@ class Modes:
                 self.guards[original] = replace(guard, rooted=True, steep=steep, side=side)
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
-            return three_ways(graph, guard.mode, above, below, resting[0])
+            return three_ways(graph, guard.mode, above, below, resting[1])
         able = self._moves(original) and original not in self.free | self.unbounded and not self.closed
         if guard.auxiliary is None and able and self._is_moved(original):
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
@@ -161,8 +161,9 @@ class Modes:
         return three_ways(graph, guard.mode, above, below, held)
 
     def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
-        """The common value of both branches where the argument is 0, if they contain a root of it: it has no
-        series there. Velocities become 0 in a finite time, and bodies touch without force at first."""
+        """The values of both branches where the argument is 0, if they contain a root of it: it has no series
+        there. They are equal, as velocities become 0 in a finite time and bodies touch without force, but on
+        sides of other switches, which may never be met there."""
         if not self._rooted(argument, above, below):
             return None
         return where_zero(self.graph, above, argument), where_zero(self.graph, below, argument)

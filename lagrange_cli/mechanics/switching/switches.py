@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
-from lagrange_cli.expression.signs import proportional
+from lagrange_cli.expression.signs import in_terms_of, proportional
 from lagrange_cli.mechanics.multiplied_out import monomials
 from lagrange_cli.mechanics.substitution import rebuilt, rewritten, substituted
 
@@ -131,6 +131,17 @@ def _has_zero(graph: Graph, node: Node) -> bool:
     return node.is_zero or any(_has_zero(graph, one) for one in branches)
 
 
+def _known_side(u: Node, argument: Node, side: int) -> int | None:
+    """The branch of a switch by ``u`` within the branch ``side`` of one by ``argument``, if that tells it."""
+    if u is argument:
+        return side
+    if u.symbols != argument.symbols:
+        return None
+    ratio, rest = in_terms_of(argument, u)
+    slope = ratio if side == 1 else -ratio
+    return 1 if slope > 0 < rest else 2 if slope < 0 > rest else None
+
+
 class Merging:
     """Merges switches whose arguments are among what is ``moving``, a bit set of symbols."""
 
@@ -148,9 +159,11 @@ class Merging:
                 terms = [(self.graph.constant(node.data[0]), 1.0), *zip(arguments, node.data[1])]
                 made[node] = self.graph.sum(self._united(terms, self.graph.sum))
             elif node.kind is Kind.PRODUCT:
+                bases = [self._base(a) if e != int(e) else a for a, e in zip(arguments, node.data)]
+                beside = any(self._switches(self.graph.split_coefficient(a)[1]) for a in bases)
                 factors = [
-                    (self._factor(a, e, any(map(self._switches, arguments))), e)
-                    for a, e in zip(arguments, node.data)
+                    (self._lifted(a) if e == int(e) and (beside or e != 1) else a, e)
+                    for a, e in zip(bases, node.data)
                 ]
                 parts = [part for factor in factors for part in self._without_scale(*factor)]
                 made[node] = self.graph.product(self._united(parts, self.graph.product))
@@ -165,12 +178,6 @@ class Merging:
             else:
                 made[node] = rebuilt(self.graph, node, arguments)
         return tuple(made[node] for node in nodes)
-
-    def _factor(self, node: Node, exponent: float, beside: bool) -> Node:
-        """The base of a factor, beside which switches may stand, as a switch where that is of use."""
-        if exponent != int(exponent):
-            return self._base(node)
-        return self._lifted(node) if beside or exponent != 1 else node
 
     def _switches(self, node: Node) -> bool:
         """Whether it is a switch that changes."""
@@ -252,15 +259,22 @@ class Merging:
 
     def _between(self, argument: Node, above: Node, below: Node, at: int = 0) -> Node:
         """A switch in whose branches no other one by the same argument stands: its side is known there."""
-        above, below = self._on_side(above, argument, 1), self._on_side(below, argument, 2)
+        above, below = self._within(above, argument, 1), self._within(below, argument, 2)
         return self.graph.switch(argument, above, below, at)
 
+    def _within(self, branch: Node, argument: Node, side: int) -> Node:
+        """A branch without switches whose side is known there; others may come together then."""
+        taken = self._on_side(branch, argument, side)
+        return branch if taken is branch else self.merged((taken,))[0]
+
     def _on_side(self, node: Node, argument: Node, side: int) -> Node:
-        """``node`` where its switches by ``argument`` take the branch ``side``."""
+        """``node`` where its switches by ``argument`` take the branch ``side``, and those by others that have
+        one sign there, as y - 9 has where y < 0."""
 
         def change(one: Node, arguments: list[Node]) -> Node | None:
-            if one.kind is Kind.SWITCH and one.arguments[0] is argument:
-                return arguments[side]
+            taken = _known_side(one.arguments[0], argument, side) if one.kind is Kind.SWITCH else None
+            if taken:
+                return arguments[taken]
             derived = one.kind is Kind.DDT and arguments[0] is not one.arguments[0]
             return self.graph.ddt(arguments[0]) if derived else None
 
