@@ -219,6 +219,29 @@ generalized_forces: {z: 1.3*sin(t) - 0.8*z_dot*x**2}
         assert largest(motion, f"diagnostics/ledger/{name}") < 1e-14
 
 
+GYROSCOPIC = "x: c*a_dot, a: -c*x_dot", "x: c*(a_dot + b_dot), a: -c*x_dot, b: -c*x_dot"
+
+
+@pytest.mark.parametrize("forces", GYROSCOPIC)
+def test_ledgers_close_where_an_integrand_grows_from_nothing(forces: str) -> None:
+    """A cart with a pendulum that hangs, and one that falls from pi/2: the first begins to move as t^5, with
+    accelerations that are differences of terms. Steps were divided without end, and their integrals lost."""
+    text = f"""
+parameters: {{c: 0.3}}
+coordinates: {{x: {{initial: 0}}, a: {{initial: 0}}, b: {{initial: pi/2}}}}
+masses: {{cart: 3, one: 1, two: 1}}
+embedding:
+  cart: [x, 0]
+  one: [x + sin(a), -cos(a)]
+  two: [x + sin(b), -cos(b)]
+potential: 9.81*(one.y + two.y)
+generalized_forces: {{{forces}}}
+"""
+    motion = solve(text, stop=0.5, samples=6, outputs=LEDGER, precision=DOUBLE_DOUBLE)
+    for name in ("h", "p/x", "p/a", "p/b"):
+        assert abs(motion.ledger[name]).max() < 1e-30
+
+
 @pytest.mark.exhaustive(keep=0.55)
 def test_ledgers_close_beyond_a_singular_configuration() -> None:
     """A bead on a lemniscate passes the crossing, near which high coefficients overflow: first those of the

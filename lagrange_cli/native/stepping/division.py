@@ -18,7 +18,7 @@ from collections.abc import Callable
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES, StepPart, StepParts, choice
-from lagrange_cli.native.stepping.rounding_errors import learn_rounding, measure_rounding
+from lagrange_cli.native.stepping.rounding_errors import learn_rounding, measure_later, measure_rounding
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import HighLow, difference, moved_on
 
@@ -119,6 +119,7 @@ class Division:
                 ended = moved_on(tau, f.smaller(gap.get(), left[0]))  # what is at rest here may move there
                 parts.go(ended)
                 measure_rounding(parts, ended)
+                measure_later(parts, step)
                 parts.go(tau)
                 since.set(f.count(0))
                 gap.set(zero)

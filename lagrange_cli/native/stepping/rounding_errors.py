@@ -86,6 +86,24 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
             parts.go(place)
 
 
+def measure_later(parts: StepParts, step: HighLow) -> None:
+    """No integrand counts as known better than to rounding of what it is in the middle of the ``step`` and at
+    its end. One that grows from nothing as t^4 is at first nothing but rounding errors of terms that cancel,
+    which do not matter to the integral. In one place alone it may be close to a pole."""
+    f, own = parts.f, parts.own
+    for middle in (True, False):
+        place = (step[0] * 0.5, step[1] * 0.5) if middle else step
+        parts.go(place)
+        with own.velocities(f) as row:
+            size, before = f.magnitude(parts.rate(row)[0]), row.at(parts.array(ROUNDING))
+            if middle:
+                row.put(size, parts.array(ALLOWED))
+                continue
+            least = f.smaller(size, row.at(parts.array(ALLOWED)))
+            error = parts.of_series(least) * parts.bounds.rounding
+            row.put(f.select(least < ENDLESS, f.larger(error, before), before), parts.array(ROUNDING))
+
+
 def round_integrands(f: Function, time: HighLow, state: Pointer, rates: Pointer, errors: Pointer) -> None:
     """A call of that function."""
     f.call(None, "round_integrands", f.pointer("%constants"), *time, state, rates, errors)
