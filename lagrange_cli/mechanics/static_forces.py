@@ -55,11 +55,16 @@ def may_cancel(node: Node, moving: int, places: int) -> bool:
 
 def is_singular(node: Node, moving: int, *, zero: bool = False) -> bool:
     """Whether it is a power, not whole or of a sum in a denominator, of anything that is not positive for
-    certain; or a function that has no value somewhere. Also a power of a symbol, if that is ``zero``."""
+    certain; or a function that has no value somewhere. Also a power of a symbol, if symbols are ``zero``;
+    but not where value and slope are 0 with these, as those of v |v|^0.5."""
     if not node.symbols & moving:
         return False
     if node.kind is Kind.PRODUCT:
-        powers = zip(node.arguments, node.data)
+        powers = [*zip(node.arguments, node.data)]
+        if zero:
+            orders = {a: exponent * _order(a, moving) for a, exponent in powers}
+            if min(orders.values()) >= 0 and sum(orders.values()) > 1:
+                powers = [(a, exponent) for a, exponent in powers if not orders[a]]
         steep = [
             a
             for a, exponent in powers
@@ -67,6 +72,18 @@ def is_singular(node: Node, moving: int, *, zero: bool = False) -> bool:
         ]
         return any(one.symbols & moving and not _is_positive(one, moving) for one in steep)
     return is_steep(node, moving)
+
+
+def _order(node: Node, gone: int) -> float:
+    """The power of small numbers as which it vanishes where these symbols do; 0 where that is unknown."""
+    if not node.symbols & gone:
+        return 0.0
+    if node.kind is Kind.SUM:
+        return 0.0 if node.data[0] else min(_order(one, gone) for one in node.arguments)
+    if node.kind is Kind.PRODUCT:
+        orders = [exponent * _order(one, gone) for one, exponent in zip(node.arguments, node.data)]
+        return sum(orders) if min(orders) >= 0 else 0.0
+    return 0.0 if node.arguments else 1.0
 
 
 def is_steep(node: Node, moving: int) -> bool:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.guards.at_zero import AtZero
 from lagrange_cli.integrate.guards.modes import ROUNDING
+from lagrange_cli.integrate.guards.unfelt import Unfelt
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -20,7 +20,7 @@ LET_GO = 2.0**-26
 """What is let go at its limit begins with an acceleration of 0, up to this part of what the force changes."""
 
 
-class Leading(AtZero):
+class Leading(Unfelt):
     """Multipliers, and the derivatives of arguments."""
 
     _let_go: int | None = None

@@ -213,6 +213,7 @@ class Settling(Sliding):
         if still:
             self._move_as_one()
         self.let_rest(free)
+        self.let_drift(free)
         entered = [j for j in entered if self.modes[j] != 0.0]
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         if found:

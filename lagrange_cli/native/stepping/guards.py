@@ -31,6 +31,8 @@ AWAY, CHANGED, NOTED = range(3)
 """The results of ``@flip``: the caller of ``@advance`` decides; other equations hold; the same ones do."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+HARDLY = 2.0**-36, 2.0**-88
+"""What moves by less than this part of the largest coordinate in a step may be moved by rounding errors."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
@@ -104,6 +106,8 @@ class GuardCode(GuardSearch):
             f.give(f.count(AWAY))
         with f.when(role.equals(Role.SWITCH) & self._has_jumped(f, j, before)):
             f.give(f.count(AWAY))
+        with f.when(role.equals(Role.SWITCH)), f.when(self._hardly_moves(f, j)):
+            f.give(f.count(AWAY))
         if self.passing:
             with f.when(role.equals(Role.HOLD)):
                 with f.when(self._has_jumped(f, j, before)):
@@ -134,6 +138,17 @@ class GuardCode(GuardSearch):
         u, rate = f.load(row, term), f.load(row, 2 * term)
         step = f.load(f.pointer("%state"), self.layout.at(Clock.STEP))
         return (u * mode < 0.0) & (f.magnitude(u) > f.magnitude(rate * step) * JUMP)
+
+    def _hardly_moves(self, f: Function, j: Integer) -> Bit:
+        """Whether coordinates hardly move at the rate with which the argument of a guard passes 0: then it
+        may be nothing but rounding errors of forces that cancel, which the caller tells from a motion."""
+        layout, state, lengths = self.layout, f.pointer("%state"), self.lengths
+        row = lengths.place(f, f.load_integer("@guard_rows", j))
+        rate, farthest = f.magnitude(f.load(row, 2 * lengths.term)), f.variable(f.constant(0.0))
+        with f.loop(0, layout.degrees) as i:
+            farthest.set(f.larger(farthest.get(), f.magnitude(f.load(state, i))))
+        length = f.load(state, layout.at(Clock.LENGTH))
+        return rate * length * length < farthest.get() * HARDLY[layout.parts - 1]
 
     def _first_of_all(self, f: Function, j: Integer) -> Integer:
         """The guard of the impact that comes first, if that of ``j`` is one of several now."""
