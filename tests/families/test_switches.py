@@ -462,7 +462,8 @@ def counted_series(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 @pytest.mark.exhaustive(keep=0.25)
 def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All members begin where their forces have kinks, half of them to either side."""
+    """All members begin where their forces have kinks, half of them to either side. (Three of the series tell
+    whether nothing but rounding moves them.)"""
     keep_families(monkeypatch, whole=True)
     form = BEADS.replace("0.5*sin(i + 1)", "0").replace("2*cos(i*i + 1)", "0")
     calls = counted_series(monkeypatch)
@@ -477,7 +478,7 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
         assert np.array_equal(signs, np.where(np.arange(count) % 2 == 0, -1.0, 1.0))
         return calls[0]
 
-    assert series(200) == series(50) <= 12
+    assert series(200) == series(50) <= 15
 
 
 @pytest.mark.exhaustive(keep=0.3)

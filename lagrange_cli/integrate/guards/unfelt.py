@@ -8,7 +8,7 @@ error; the rounding errors themselves, which are independent, by the square root
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,13 +17,16 @@ from lagrange_cli.integrate.guards.at_zero import FEW, ROUNDED_OFF, AtZero
 from lagrange_cli.native.guards import Role
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
 
 UNFELT = 2.0**-12
 """A force that is not felt is no more than this part of the rounding errors: in fewer than 2^24 steps, that
 is less than what these add up to."""
-TRIALS = 4
-"""How often rounding errors of coordinates are drawn."""
+TRIALS, CLEARLY = 4, 2.0**8
+"""How often rounding errors of coordinates are drawn; and how much larger than by the first draw they hardly
+are."""
 MIXING, BITS = (2654435769, 2246822519, 3266489917), 2**32
 """Odd numbers of many bits, and the range of products of these that count."""
 BEYOND, FARTHEST, FARTHER = 2.0**4, 2.0**12, 4.0
@@ -43,20 +46,31 @@ class Unfelt(AtZero):
             return
         modes = self.modes[free].copy()
         self.modes[free] = 0.0  # roots have series then
-        errors, of_arguments = self._errors(free)
-        self._series()
-        times = turning_times(of_arguments)
-        powers = times[:, None] ** np.arange(1, of_arguments.shape[1] + 1)
-        with np.errstate(invalid="ignore"):
-            changes = np.abs(self._coefficients_of_arguments()[free, 1:]) * powers
-            rounded = np.sum(changes, axis=1) <= FEW * np.sum(of_arguments * powers, axis=1)
+        found = self._errors(free, range(1))
+        if not np.any(self._rounded(free, CLEARLY * found[1])[0]):  # as where a force sets them in motion
+            self.modes[free] = modes
+            return
+        more = self._errors(free, range(1, TRIALS))
+        errors, of_arguments = (np.fmax(*both) for both in zip(found, more))
+        rounded, times = self._rounded(free, of_arguments)
         self.modes[free] = modes
-        groups = [np.flatnonzero(rounded & np.isfinite(times)).tolist()]
+        groups = [np.flatnonzero(rounded).tolist()]
         while groups:
             some = groups.pop()
             if some and not self._drift([free[i] for i in some], errors, max(times[some])) and len(some) > 1:
                 half = len(some) // 2
                 groups += [some[half:], some[:half]]
+
+    def _rounded(self, guards: list[int], errors: Array) -> tuple[NDArray[np.bool_], Array]:
+        """Which arguments are moved by such ``errors`` of their derivatives alone, and in what time these
+        turn round."""
+        self._series()
+        times = turning_times(errors)
+        powers = times[:, None] ** np.arange(1, errors.shape[1] + 1)
+        with np.errstate(invalid="ignore"):
+            changes = np.abs(self._coefficients_of_arguments()[guards, 1:]) * powers
+            rounded = np.sum(changes, axis=1) <= FEW * np.sum(errors * powers, axis=1)
+        return rounded & np.isfinite(times), times
 
     def _drift(self, guards: list[int], errors: Array, time: float) -> bool:
         """Set the modes of guards to 0, if no acceleration changes by what is felt beside its rounding error,
@@ -91,15 +105,15 @@ class Unfelt(AtZero):
             changes = np.abs(self._series()[: self._layout.degrees] - without)
         return np.abs(values) if np.all(changes <= least) else np.full(len(guards), np.inf)
 
-    def _errors(self, guards: list[int]) -> tuple[Array, Array]:
-        """How much accelerations, and the derivatives of the arguments of guards (guards, orders), change
-        where coordinates and velocities change by their rounding errors."""
+    def _errors(self, guards: list[int], trials: Iterable[int]) -> tuple[Array, Array]:
+        """How much accelerations, and the derivatives of the arguments of guards (guards, orders), change at
+        most where coordinates and velocities change by their rounding errors."""
         layout, memory = self._layout, self.memory.copy()
         sizes = np.abs(memory[layout.part(0)][layout.motion])
         unit = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * sizes
         before = self._derivatives(guards)
         found = [np.zeros_like(one) for one in before]
-        for trial in range(TRIALS):
+        for trial in trials:
             self._add(layout.motion, unit * scattered(len(unit), trial))
             with np.errstate(invalid="ignore"):
                 changes = [np.abs(new - old) for new, old in zip(self._derivatives(guards), before)]
