@@ -9,9 +9,7 @@ from collections.abc import Iterable, Iterator
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.approach import core, is_linear
-
-ENTIRE = frozenset({"sin", "cos", "abs", "sign"})
-"""Functions that are nowhere singular, or of which only one side counts."""
+from lagrange_cli.mechanics.defect import SINGULAR
 
 
 def singular_sums(roots: Iterable[Node], variables: int, unknown: int) -> list[Node]:
@@ -28,7 +26,7 @@ def arguments(node: Node) -> Iterator[Node]:
     if node.kind is Kind.PRODUCT:
         powers = zip(node.arguments, node.data)
         yield from (one for one, exponent in powers if exponent < 0 or exponent != int(exponent))
-    elif node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data not in ENTIRE):
+    elif node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data in SINGULAR):
         yield from node.arguments
 
 
