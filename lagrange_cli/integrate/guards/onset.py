@@ -164,9 +164,9 @@ class Onset(Leading):
                 self.memory[:] = memory
             changes.append((sides[0] - sides[1]) / 2.0)
         given = np.array(changes).T
-        if not np.all(np.isfinite(given)):
-            return Friction(slopes, inverse, 0.0, 0.0)
         rates = slopes @ given
+        if not np.all(np.isfinite(given)) or not np.any(rates):
+            return Friction(slopes, inverse, 0.0, 0.0)
         sizes = (float(np.max(np.abs(one))) for one in (given, rates))
         return Friction(slopes, given @ inverse_of(rates), *sizes)
 
