@@ -13,12 +13,12 @@ from lagrange_cli.mechanics.defect import SINGULAR
 
 
 def singular_sums(roots: Iterable[Node], variables: int, unknown: int) -> list[Node]:
-    """The sums in which the expressions ``roots`` are singular, or steep: denominators, bases of roots, and
-    arguments of functions such as tanh. Left out are linear ones, and those with ``unknown`` symbols or
-    accelerations."""
+    """The sums and products in which the expressions ``roots`` are singular, or steep: denominators, bases of
+    roots, and arguments of functions such as tanh. Left out are linear ones, and those with ``unknown``
+    symbols or accelerations."""
     nodes = reachable(roots)
-    found = dict.fromkeys(core(one, variables) for node in nodes for one in arguments(node))
-    return [one for one in found if is_sum(one, variables) and is_known(one, unknown)]
+    found = dict.fromkeys(moving_core(one, variables) for node in nodes for one in arguments(node))
+    return [one for one in found if is_compound(one, variables) and is_known(one, unknown)]
 
 
 def arguments(node: Node) -> Iterator[Node]:
@@ -35,10 +35,20 @@ def is_known(node: Node, unknown: int) -> bool:
     return not node.symbols & unknown and all(one.kind is not Kind.DDT for one in reachable([node]))
 
 
-def is_sum(node: Node, variables: int) -> bool:
-    """Whether it is a sum of several terms that move, and not linear."""
+def moving_core(node: Node, variables: int) -> Node:
+    """What it is made of by powers, constant factors and constants that are added: w of sqrt(1 - 2*w**2)."""
+    inner: Node | None = node
+    while inner is not None:
+        node = core(inner, variables)
+        moving = [one for one in node.arguments if one.symbols & variables]
+        inner = moving[0] if node.kind is Kind.SUM and len(moving) == 1 else None
+    return node
+
+
+def is_compound(node: Node, variables: int) -> bool:
+    """Whether it is a sum or a product of several parts that move, and not linear."""
     moving = [one for one in node.arguments if one.symbols & variables]
-    return node.kind is Kind.SUM and len(moving) > 1 and not is_linear(node, variables)
+    return node.kind in (Kind.SUM, Kind.PRODUCT) and len(moving) > 1 and not is_linear(node, variables)
 
 
 def squared_tanh(node: Node) -> Node | None:
