@@ -47,9 +47,15 @@ def equations_of(model: Model[Node]) -> Residual:
     """The equations of motion of a model that has been checked; raises ``SingularCoordinate``."""
     graph = graph_of(model)
     cyclic, conserved = conservation(model)
-    constraints = Constraints(model)
     forms = formulations(model, graph, conserved)
     first, *others = forms
+    if model.redundant:
+        from lagrange_cli.mechanics.constrained.ties import tied
+
+        model = if_affordable(graph, partial(tied, model, forms[first].mass_matrix)) or model
+        if model.ties:  # with the multipliers that are back
+            forms = formulations(model, graph, conserved)
+    constraints = Constraints(model)
     bound = {k for slopes in constraints.slopes for k in slopes}
     rows = enumerate(zip(model.coordinates, forms[first].mass_matrix))
     idle = [
