@@ -16,9 +16,13 @@ def singular_sums(roots: Iterable[Node], variables: int, unknown: int) -> list[N
     """The sums in which the expressions ``roots`` are singular, or steep: denominators, bases of roots, and
     arguments of functions such as tanh. Left out are linear ones, and those with ``unknown`` symbols or
     accelerations."""
-    nodes = reachable(roots)
-    found = dict.fromkeys(core(one, variables) for node in nodes for one in arguments(node))
+    found = singular_in(roots, variables)
     return [one for one in found if is_sum(one, variables) and is_known(one, unknown)]
+
+
+def singular_in(roots: Iterable[Node], variables: int) -> list[Node]:
+    """What the expressions ``roots`` are singular or steep in."""
+    return [*dict.fromkeys(core(one, variables) for node in reachable(roots) for one in arguments(node))]
 
 
 def arguments(node: Node) -> Iterator[Node]:
