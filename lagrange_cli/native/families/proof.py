@@ -168,17 +168,14 @@ class _Writer:
 
     def add_member(self, loop: Loop, parts: Sequence[Sequence[Node]], series: MemberSeries) -> None:
         """Add the terms of a member, or what they are made of."""
-        f, arrays, disks, constants = (
-            self.f,
-            self.arrays,
-            self.arrays.new(),
-            self.arrangement.tables.constants,
-        )
-        nodes, known = [node for listed in parts for node in listed], series.disks()
+        f, arrays, constants = self.f, self.arrays, self.arrangement.tables.constants
+        disks, known = arrays.new(), series.disks()
+        nodes = [node for listed in parts for node in listed]
         reaching = [term.node for term, total in loop.terms if total in arrays.series]
         sums = Sums(disks, nodes, series, known, constants, arrays.tail, reaching)
         sums.enclose()
         emit_values(disks, nodes, known, constants)
+        bounds = dict[Real, Real]()  # opposite forces have the same radius
         for (term, total), listed in zip(loop.terms, parts):
             i = arrays.at(term.targets, series.member)
             if isinstance(total, Total) and total is not self.arrangement.forces:
@@ -186,12 +183,14 @@ class _Writer:
                     own = partial(series.of_node, term.node)
                     arrays.add_series(disks, sums.farther[term.node], total, i, own)
                 arrays.add(disks, known[term.node], total, i)
-            elif listed:
-                defects = arrays.numbers[total]
-                defect = f.load(defects, i)
-                for one in listed:
-                    defect = defect + least(disks, known[one], self.weights)
-                f.store(defect, defects, i)
+                continue
+            defect = f.load(arrays.numbers[total], i)
+            for one in listed:
+                radius = disks.radius(known[one] or disks.constant(0))
+                if radius not in bounds:
+                    bounds[radius] = least(disks, radius, self.weights)
+                defect = defect + bounds[radius]
+            f.store(defect, arrays.numbers[total], i)
 
 
 class MemberSeries(StateSeries):

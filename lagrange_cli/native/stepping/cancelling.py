@@ -14,7 +14,7 @@ such sums are enclosed closely:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache, partial
 from math import inf, log
 from typing import cast
@@ -85,12 +85,21 @@ class Sums:
 
     def enclose(self) -> None:
         """Write them, arguments before their users."""
-        f = self.f
+        f, one = self.f, self.f.constant(1.0)
         r = radii(f, Real(f, "%h") / Real(f, "%unit"))
-        found = self._extents([*self.weighted.values()], r, self.own)
-        extent = dict(zip([*self.weighted, *self.own], found))
-        self.farther = self._farther()
+        symbols, sums = self._reached()
+        asked = [(combination, r) for combination in self.weighted.values()]
+        if self.tail is not None:
+            far = self.tail.times / f.splat(Real(f, "%unit"), LANES)
+            alone = (Weighted(symbol, [(symbol, one)]) for symbol in symbols)
+            asked += [(each, far) for each in (*alone, *(self.weighted[node] for node in sums))]
+        found = iter(self._extents(asked, self.own, r))
+        extent = {node: next(found) for node in self.weighted}
+        self.farther = self._farther(
+            {node: next(found) for node in symbols}, {node: next(found) for node in sums}
+        )
         """Those of sums and of terms that are ``reaching``."""
+        extent |= {node: next(found) for node in self.own}
         for node in self.order:
             u = squared_tanh(node)
             if node in self.combined:
@@ -119,32 +128,38 @@ class Sums:
         weights = (Real(self.f, emitter.written(value), 1) for value in values)
         return Weighted(node, [*zip(one.symbols, weights)])
 
-    def _extents(self, combined: Sequence[Weighted], r: Real, sums: Sequence[Node] = ()) -> list[Real]:
-        """How much combinations change within ``r``, in the unit of the series: sum_m |c[m]| r^m; and how
-        much ``sums`` do by the series that they have."""
+    def _extents(
+        self, combined: Sequence[tuple[Weighted, Real]], sums: Sequence[Node], r: Real
+    ) -> list[Real]:
+        """How much combinations change, each within an r, in the unit of the series: sum_m |c[m]| r^m; and
+        how much ``sums`` do within ``r`` by the series that they have."""
         if not (combined or sums):
             return []
-        f, series = self.f, self.series
+        f, series, spans = self.f, self.series, [span for _, span in combined]
 
-        def sizes(m: Integer, some: Iterable[Weighted]) -> list[Real]:
-            """|c[m]| of some combinations."""
-            coefficient = cache(partial(series.coefficient, m=m))
-            return [f.splat(series.size(one, m, coefficient), LANES) for one in some]
+        def sizes(m: Integer, *, places: bool = False) -> list[Real]:
+            """|c[m]| of the combinations, of ``places`` alone."""
+            coefficient, found = cache(partial(series.coefficient, m=m)), list[Real]()
+            for one, _ in combined:
+                if places:
+                    one = replace(one, terms=[term for term in one.terms if term[0] in series.places])
+                found.append(f.splat(series.size(one, m, coefficient), LANES))
+            return found
 
-        longer = [replace(one, terms=[x for x in one.terms if x[0] in series.places]) for one in combined]
-        totals = [f.variable(one * r) for one in sizes(f.count(series.lengths.order), longer)]
+        longer = sizes(f.count(series.lengths.order), places=True)  # by one order
+        totals = [f.variable(one * span) for one, span in zip(longer, spans)]
         shorter = [f.variable(f.zero(LANES)) for _ in sums]
         m = f.variable(f.count(series.lengths.top))
         with f.forever() as rounds:
-            for total, one in zip(totals, sizes(m.get(), combined)):
-                total.set((total.get() + one) * r)
+            for total, one, span in zip(totals, sizes(m.get()), spans):
+                total.set((total.get() + one) * span)
             for total, node in zip(shorter, sums):
                 size = f.magnitude(series.coefficient(node, m.get() - 1))
                 total.set((total.get() + f.splat(size, LANES)) * r)
             m.set(m.get() - 1)
             rounds.repeat(m.get() > 1)
-        first = sizes(f.count(1), combined)
-        changes = [(total.get() + last) * r for total, last in zip(totals, first)]
+        first = sizes(f.count(1))
+        changes = [(total.get() + last) * span for total, last, span in zip(totals, first, spans)]
         return [*changes, *(total.get() for total in shorter)]
 
     def _combination(
@@ -163,38 +178,38 @@ class Sums:
             total = add_scaled(disks, total, value, scale)
         return total
 
-    def _farther(self) -> dict[Node, Disk]:
-        """The disks of sums that have series of their own, and of terms that are ``reaching``, within those
-        of ``tail.times``; the first ones tell rounding errors of where they start, with low parts."""
-        asked = [*self.own, *self.reaching]
-        if not asked:
-            return {}
-        assert self.tail is not None
-        f, series, far = self.f, self.series, Disks(self.f, self.disks.centres, LANES)
-        far.parts, inside = self.disks.parts, {*reachable(asked)}
+    def _reached(self) -> tuple[list[Node], list[Node]]:
+        """The symbols, and the sums with combinations, by which others are enclosed farther."""
+        asked, series = [*self.own, *self.reaching], self.series
+        inside = {*reachable(asked)}
         sums = [
             node
             for node, one in self.combined.items()
             if node in inside and not any(symbol in series.totals for symbol in one.symbols)
-        ]  # totals are enclosed loosely here
+        ]  # totals are enclosed loosely there
         apart = [node for node in sums if node in series.combined]
         rests = [term for node in apart for term, _ in self.combined[node].rest]
         inside = {*reachable([*asked, *rests], lambda node: node not in apart)}
-        symbols = [one for one in (*series.places, *series.speeds) if one in inside]
-        alone = [Weighted(one, [(one, f.constant(1.0))]) for one in symbols]
-        r = self.tail.times / f.splat(Real(f, "%unit"), LANES)
-        found = self._extents([*alone, *(self.weighted[node] for node in sums)], r)
-        extent = dict(zip([*symbols, *sums], found))
+        return [one for one in (*series.places, *series.speeds) if one in inside], sums
+
+    def _farther(self, symbols: Mapping[Node, Real], sums: Mapping[Node, Real]) -> dict[Node, Disk]:
+        """The disks of sums that have series of their own, and of terms that are ``reaching``, within those
+        of ``tail.times``, given the extents of what they are made of. The first ones tell rounding errors of
+        where they start, with low parts."""
+        if self.tail is None:
+            return {}
+        f, series, far = self.f, self.series, Disks(self.f, self.disks.centres, LANES)
+        far.parts, asked = self.disks.parts, [*self.own, *self.reaching]
         known = {node: disk for node, disk in self.known.items() if disk is None or disk.radius is None}
         known |= dict.fromkeys((*series.places, *series.speeds), Disk(None, far.all(inf)))  # nothing asks
-        for symbol in symbols:
+        for symbol, extent in symbols.items():
             late = f.splat(f.magnitude(series.late(symbol)), LANES)
-            known[symbol] = Disk(far.centre(self.known[symbol]), extent[symbol] + late)
+            known[symbol] = Disk(far.centre(self.known[symbol]), extent + late)
         for symbol in series.totals:
             known[symbol] = Disk(far.centre(self.known[symbol]), series.farther(symbol))
         known[series.time] = Disk("%t", self.tail.times)
-        for node in sums:
-            known[node] = self._combination(far, node, extent[node], known)
+        for node, extent in sums.items():
+            known[node] = self._combination(far, node, extent, known)
         emit_values(far, asked, known, self.constants)
         return {node: known[node] or far.constant(0) for node in asked}
 

@@ -70,7 +70,7 @@ class EquationsProof(Proof):
         for row, most in zip(self.defect.terms, allowed):
             total = f.constant(0.0)
             for term in row:
-                total = total + least(disks, moving[term], weights)
+                total = total + least(disks, disks.radius(moving[term] or disks.constant(0)), weights)
             excess = exceeded(f, excess, total * WIDER, most)
             if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
                 excess = f.select(most < inf, excess, f.constant(inf))
