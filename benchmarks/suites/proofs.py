@@ -51,8 +51,10 @@ def lagrange(motion: Cancelling, *, unproven: bool = False, double: bool = True)
 
     spec = read_spec(motion.text, "motion")
     precision, tolerance = (DOUBLE, FULL_PRECISION) if double else (DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE)
-    proofs = {"unproven": unproven, "proven": motion.proven and not unproven}
-    asked = Compilation("taylor", tolerance, frozenset(), precision=precision, **proofs)
+    proven = motion.proven and not unproven
+    asked = Compilation(
+        "taylor", tolerance, frozenset(), unproven=unproven, proven=proven, precision=precision
+    )
     prepared = prepare_system(spec, derive_system, None, asked)
     values = (resolve_values if double else resolve_long_values)(spec)
     times = Times(0.0, motion.stop, 2, motion.stop)

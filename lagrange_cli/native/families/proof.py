@@ -242,11 +242,7 @@ class MemberSeries(StateSeries):
         return self.arrays.late(*self.slots[symbol])
 
     def beyond(self, total: Node) -> Real:
-        return self._radii(self.arrays.beyond, total)
+        return self.arrays.row(self.arrays.beyond, *self.slots[total])
 
     def farther(self, total: Node) -> Real:
-        return self._radii(self.arrays.far, total)
-
-    def _radii(self, those: Mapping[Array, Pointer], total: Node) -> Real:
-        array, i = self.slots[total]
-        return self.arrays.f.load_row(those[array], i * LANES, LANES)
+        return self.arrays.row(self.arrays.far, *self.slots[total])

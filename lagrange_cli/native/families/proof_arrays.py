@@ -68,6 +68,8 @@ class Places:
         self.series, self.farther, self.beyond = dict[Array, int](), dict[Array, int](), dict[Array, int]()
         """Of totals that have series: coefficients, order by order, their radii within larger disks of time,
         and those of what is beyond."""
+        self.bounds = dict[Array, int]()
+        """Lower bounds of the sizes of these."""
         for array in (system.q, system.v, *totals_of(arrangement)):
             if isinstance(array, Total):
                 self.numbers[array] = self.take(room(array.count))
@@ -75,7 +77,8 @@ class Places:
                 self.radii[array] = self.take(LANES * array.count)
             if array in self.followed:
                 self.series[array] = self.take(room(array.count) * (arrangement.order + 1))
-                self.farther[array], self.beyond[array] = (self.take(LANES * array.count) for _ in range(2))
+                for those in (self.farther, self.beyond, self.bounds):
+                    those[array] = self.take(LANES * array.count)
 
     def take(self, doubles: int) -> int:
         """So many further ones."""
@@ -101,8 +104,8 @@ class DiskArrays:
         """Where the numbers of each array begin."""
         self.radii = self.pointers(places.radii)
         """Where the radii of disks around them do; there are none around constants."""
-        self.series, self.far, self.beyond = map(
-            self.pointers, (places.series, places.farther, places.beyond)
+        self.series, self.far, self.beyond, self.bounds = map(
+            self.pointers, (places.series, places.farther, places.beyond, places.bounds)
         )
         self.of_state = dict(zip((self.system.q, self.system.v), (0, self.lengths.degrees)))
         """Rows of the state."""
@@ -125,12 +128,21 @@ class DiskArrays:
         first = self.arrangement.tables.of_array(table)
         return place_at(self.f, member + first if first else member)
 
-    def disk(self, array: Array, i: Integer, radii: Mapping[Array, Pointer] | None = None) -> Disk:
-        """A number of an array, with its radii or some others."""
-        centre, radii = self.f.load(self.numbers[array], i).name, self.radii if radii is None else radii
-        if array not in radii:
+    def disk(self, array: Array, i: Integer) -> Disk:
+        """A number of an array."""
+        centre = self.f.load(self.numbers[array], i).name
+        if array not in self.radii:
             return Disk(centre)
-        return Disk(centre, self.f.load_row(radii[array], i * LANES, LANES))
+        bound = partial(self.row, self.bounds, array, i) if array in self.bounds else None
+        return Disk(centre, self.row(self.radii, array, i), bound)
+
+    def farther(self, total: Array, i: Integer) -> Disk:
+        """A total within larger disks of time."""
+        return Disk(self.f.load(self.numbers[total], i).name, self.row(self.far, total, i))
+
+    def row(self, those: Mapping[Array, Pointer], array: Array, i: Integer) -> Real:
+        """A vector of a number."""
+        return self.f.load_row(those[array], i * LANES, LANES)
 
     # series
 
@@ -181,9 +193,9 @@ class DiskArrays:
         f = self.f
         with f.loop(0, total.count, tested=False) as i:
             f.store(f.constant(0.0), self.numbers[total], i)
-            for radii in (self.radii, self.far):
-                if total in radii:
-                    f.store_row(f.zero(LANES), radii[total], i * LANES)
+            for those in (self.radii, self.far, self.bounds):
+                if total in those:
+                    f.store_row(f.zero(LANES), those[total], i * LANES)
         if total in self.series:
             with f.loop(0, room(total.count) * (self.arrangement.order + 1), LANES, tested=False) as i:
                 f.store_row(f.zero(LANES), self.series[total], i)
@@ -194,13 +206,16 @@ class DiskArrays:
             found = disks.add(self.disk(total, i), value) or disks.constant(0)
             self.f.store(Real(self.f, disks.centres.written(found.centre), 1), self.numbers[total], i)
             self.f.store_row(disks.radius(found), self.radii[total], i * LANES)
+            if total in self.bounds:
+                bound = disks.positive(found.bound() or disks.all(0.0))
+                self.f.store_row(bound, self.bounds[total], i * LANES)
 
     def add_series(
         self, disks: Disks, far: Disk, total: Total, i: Integer, series: Callable[[Integer], Real]
     ) -> None:
         """Add the disk of a term within larger disks of time, before its own, and its series."""
         f = self.f
-        reached = disks.add(self.disk(total, i, self.far), far) or disks.constant(0)
+        reached = disks.add(self.farther(total, i), far) or disks.constant(0)
         f.store_row(disks.radius(reached), self.far[total], i * LANES)
         with f.loop(0, self.orders, tested=False) as m:
             at = m * room(total.count) + i
@@ -215,7 +230,7 @@ class DiskArrays:
                 disks = self.new()
                 if chain in self.series:
                     series = partial(self.coefficient, chain, source)
-                    self.add_series(disks, self.disk(chain, source, self.far), chain, target, series)
+                    self.add_series(disks, self.farther(chain, source), chain, target, series)
                 self.add(disks, self.disk(chain, source), chain, target)
 
     def finish(self, total: Total) -> None:
@@ -228,7 +243,7 @@ class DiskArrays:
                 size = f.magnitude(self.coefficient(total, i, f.count(self.orders) - passed))
                 extent.set((extent.get() + f.splat(size, LANES)) * r)
             disk = self.disk(total, i)
-            beyond = self.tail.of(f.load_row(self.far[total], i * LANES, LANES)) + rounding(disks, disk)
+            beyond = self.tail.of(self.row(self.far, total, i)) + rounding(disks, disk)
             f.store_row(beyond, self.beyond[total], i * LANES)
             radius = disks.lesser(disks.radius(disk), extent.get() + beyond)
             f.store_row(radius, self.radii[total], i * LANES)

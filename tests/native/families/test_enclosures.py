@@ -13,9 +13,14 @@ import numpy as np
 import pytest
 
 from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.families import system as systems
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.system import any_family_system
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.method import Start
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import FULL, compile_object, load
 from lagrange_cli.native.families import proof
 from lagrange_cli.native.families.double_double import DoubleDoubleVectors
@@ -26,21 +31,23 @@ from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.stepping.cancelling import Sums
 from lagrange_cli.native.stepping.proof import RATIOS, WIDER
+from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 
 MP = mpmath.mp.clone()
 MP.prec = 150
-ORDER, OUT = 18, 4096
-"""The order of q's series; where the disks are written, behind the state."""
+ORDER, OUT, WIDTH = 18, 4096, 1 + 2 * LANES
+"""The order of q's series; where the disks are written, behind the state; the doubles of one: its centre,
+radii and lower bounds of sizes."""
 BODIES = """
 sizes: {{N: {count}}}
 parameters:
   w: 0.4
   c[i in range(N)]: 1 + i/10
 coordinates:
-  x[i in range(N)]: {{initial: i}}
-  y[i in range(N)]: {{initial: i}}
+  x[i in range(N)]: {{initial: "i + sin(7*i)/4", velocity: "{drift} + cos(5*i)"}}
+  y[i in range(N)]: {{initial: "sin(3*i)", velocity: "{drift} - sin(4*i)"}}
 masses: {{"ball[i in range(N)]": 1 + i}}
 embedding: {{"ball[i in range(N)]": ["x[i]", "y[i]"]}}
 definitions:
@@ -74,8 +81,8 @@ class Looked:
         """The disks that a run has written in each loop, an array of members and nodes; all nodes, and those
         that are enclosed closely."""
         for nodes, closely, first, members in self.loops:
-            size = members * len(nodes) * (LANES + 1)
-            yield state[first : first + size].reshape(members, len(nodes), LANES + 1), nodes, closely
+            size = members * len(nodes) * WIDTH
+            yield state[first : first + size].reshape(members, len(nodes), WIDTH), nodes, closely
 
 
 @cache
@@ -96,10 +103,11 @@ def compiled(kind: str, count: int, vectors: type) -> tuple[Any, FamilySystem, L
             looked.loops.append((nodes, closely, looked.end, members))
             for i, node in enumerate(nodes):
                 disk = self.known[node]
-                place = member * (len(nodes) * (LANES + 1)) + (looked.end + i * (LANES + 1))
+                place = member * (len(nodes) * WIDTH) + (looked.end + i * WIDTH)
                 f.store(Real(f, self.disks.centres.written(disk.centre), 1), "%state", place)
                 f.store_row(self.disks.radius(disk), "%state", place + 1)
-            looked.end += members * len(nodes) * (LANES + 1)
+                f.store_row(self.disks.positive(self.disks.least(disk)), "%state", place + (1 + LANES))
+            looked.end += members * len(nodes) * WIDTH
 
     class Members(proof.MemberSeries):
         """The series of members, which know how many there are."""
@@ -110,7 +118,7 @@ def compiled(kind: str, count: int, vectors: type) -> tuple[Any, FamilySystem, L
             (self.count,) = {slot.domain.count for slot in used.values()}
 
     system = any_family_system(
-        read_spec(BODIES.format(count=count, potential=POTENTIALS[kind]), "bodies.yaml")
+        read_spec(BODIES.format(count=count, drift=0, potential=POTENTIALS[kind]), "bodies.yaml")
     )
     assert system is not None
     with pytest.MonkeyPatch.context() as patch:
@@ -241,6 +249,7 @@ def test_values_lie_in_their_disks(kind: str, count: int, near: float, vectors: 
                             assert node not in closely
                             continue
                         apart = abs(truth.at(node, member) - MP.mpf(float(centre)))
+                        assert abs(truth.at(node, member)) * WIDER >= radii[LANES + ratio], str(node)
                         assert apart <= radii[ratio] * WIDER, (str(node), member, ratio, form)
                         most[i, member, node] = max(most.get((i, member, node), 0.0), float(apart))
         for i, (disks, nodes, closely) in enumerate(looked.disks(state)):
@@ -270,3 +279,24 @@ def aligned(size: int) -> Any:
     made = np.zeros(size + LANES)
     skipped = -(made.ctypes.data // 8) % LANES
     return made[skipped : skipped + size]
+
+
+def steps(text: str, fewest: int) -> int:
+    """The proven steps of a motion whose members are followed in loops from so many terms on."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(systems, "FEWEST", fewest)
+        spec = read_spec(text, "bodies.yaml")
+        asked = Compilation("taylor", 2.0**-52, frozenset(), proven=True)
+        ready = prepare_system(spec, derive_system, None, asked)
+    assert ready.machine.program.loops == (fewest == 0)
+    start = Start.of(ready.machine.program, resolve_values(spec), Times(0.0, 3.0, 2, 3.0))
+    return ready.follower.follow(start).steps
+
+
+@pytest.mark.exhaustive(keep=0.4)
+@pytest.mark.parametrize("drift", [0, 100])
+@pytest.mark.parametrize("kind", POTENTIALS)
+def test_loops_take_the_steps_that_members_take_one_by_one(kind: str, drift: int) -> None:
+    text = BODIES.format(count=5, drift=drift, potential=POTENTIALS[kind])
+    loops, alone = steps(text, 0), steps(text, 10**9)
+    assert loops <= 1.1 * alone + 2, (loops, alone)
