@@ -101,18 +101,20 @@ class StateSeries(ABC):
         return f.magnitude(total)
 
     def widened(self, disks: Disks, one: Weighted, known: Mapping[Node, Disk | None], extent: Real) -> Real:
-        """The radius of a combination that changes by an ``extent``: with rounding errors, low parts and what
-        is beyond series."""
+        """The radius of a combination that changes by an ``extent``: with rounding errors, low parts, and
+        what is beyond the series of totals."""
         f, spread, late = disks.f, disks.all(0.0), disks.f.constant(0.0)
+        sizes = [(symbol, f.magnitude(weight)) for symbol, weight in one.terms]
         if one.node in self.combined:
             radius = extent + f.splat(self.coefficient(one.node, f.count(0)), disks.lanes)
-            for symbol, weight in one.terms:
-                if symbol in self.totals:
-                    size = f.splat(f.magnitude(weight), disks.lanes)
-                    radius = f.fused(size, self.beyond(symbol), radius)
-            return radius
-        for symbol, weight in one.terms:
-            disk, size = known[symbol] or disks.constant(0), f.magnitude(weight)
-            spread = f.fused(f.splat(size, disks.lanes), disks.most(disk), spread)
-            late = f.fused(size, f.magnitude(self.late(symbol)), late)
-        return f.fused(spread, disks.all(len(one.terms) * ROUNDING), extent) + f.splat(late, disks.lanes)
+        else:
+            for symbol, size in sizes:
+                disk = known[symbol] or disks.constant(0)
+                spread = f.fused(f.splat(size, disks.lanes), disks.most(disk), spread)
+                if symbol not in self.totals:
+                    late = f.fused(size, f.magnitude(self.late(symbol)), late)
+            radius = f.fused(spread, disks.all(len(sizes) * ROUNDING), extent) + f.splat(late, disks.lanes)
+        for symbol, size in sizes:
+            if symbol in self.totals:
+                radius = f.fused(f.splat(size, disks.lanes), self.beyond(symbol), radius)
+        return radius
