@@ -43,7 +43,7 @@ from lagrange_cli.records import dataclass
 @dataclass(frozen=True)
 class FamilyProof(Proof):
     """The proof of a system whose arrays are where ``arrangement`` says. Those of the proof are behind them,
-    from ``first`` on: radii of q and v; centres and radii of totals; the defects of the forces."""
+    from ``first`` on (``proof_arrays.Places``): disks, the defects of the forces, and series."""
 
     arrangement: Arrangement
     first: int
