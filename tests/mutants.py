@@ -43,6 +43,7 @@ class Mutation:
 
 FORMULATIONS = "tests/mechanics/test_formulations.py::"
 SUMS = "tests/native/stepping/test_cancelling.py::"
+MEMBERS = "tests/native/families/test_enclosures.py::"
 LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
 CONSTRAINTS = "tests/motions/test_constraints.py::"
@@ -74,8 +75,12 @@ MUTATIONS = {
         ("tests/native/stepping/test_acceptance.py",),
     ),
     "what is beyond the series of a sum": Mutation(
-        "native/stepping/cancelling.py", "extent[node] + beyond[node]", "extent[node]",
+        "native/stepping/cancelling.py", "extent[node] + beyond)", "extent[node])",
         (SUMS + "test_sums_lie_in_their_disks_which_are_not_much_larger[late-1.0]",),
+    ),
+    "what is beyond the series of a sum over members": Mutation(
+        "native/families/proof_arrays.py", "extent.get() + beyond)", "extent.get())",
+        (MEMBERS + "test_values_lie_in_their_disks[a mean-3-late-doubles]",),
     ),
     "a ledger's sign": Mutation(
         "mechanics/energetics.py", "self.power - self.lagrangian_rate(time)",

@@ -5,13 +5,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from benchmarks import ROOT
+
 
 @dataclass(frozen=True)
 class Cancelling:
-    """A system file, and until when it is followed."""
+    """A system file, until when it is followed, whether its members are followed in loops (heyoka has none),
+    and whether proofs of its steps have to be asked for."""
 
     text: str
     stop: float
+    loops: bool = False
+    proven: bool = False
 
 
 TIPPE_TOP = """
@@ -66,9 +71,25 @@ positions: {{ball[i in range(N)]: "[x[i], y[i]]"}}
 definitions: {{r[i in range(N), j in range(i)]: "norm(ball[i] - ball[j])"}}
 potential: sum(1/r[i, j]**12 - 1/r[i, j]**6 for i in range(N) for j in range(i))
 """
+SWARM = """
+sizes: {{N: {count}}}
+parameters: {{w: 0.3, v: {drift}}}
+coordinates:
+  x[i in range(N)]: {{initial: sin(5*i), velocity: v + cos(3*i)/5}}
+  y[i in range(N)]: {{initial: cos(5*i), velocity: 2*v + sin(3*i)/5}}
+masses: {{"bead[i in range(N)]": 1}}
+positions: {{"bead[i in range(N)]": "[x[i], y[i]]"}}
+definitions: {{X: sum(x[i] for i in range(N))/N, Y: sum(y[i] for i in range(N))/N}}
+potential: -sum(exp(-((x[i] - X)**2 + (y[i] - Y)**2)/w) for i in range(N))
+"""
+PLANETS = (ROOT / "systems" / "solar_system.yaml").read_text(encoding="utf-8")
 MOTIONS = {
     "tippe top": Cancelling(TIPPE_TOP, 1.0),
     "ball that slides, then rolls": Cancelling(BALL, 10.0),
     "the Earth and the Moon in thin air": Cancelling(SATELLITE, 365.0),
     "six balls in flight": Cancelling(GAS.format(count=6, drift=100), 2.0),
+    "forty beads in flight, drawn to their mean": Cancelling(
+        SWARM.format(count=40, drift=100), 5.0, loops=True
+    ),
+    "the Sun and 8 planets, with --proven": Cancelling(PLANETS, 3652.5, loops=True, proven=True),
 }

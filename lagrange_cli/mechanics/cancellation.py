@@ -16,9 +16,14 @@ def singular_sums(roots: Iterable[Node], variables: int, unknown: int) -> list[N
     """The sums and products in which the expressions ``roots`` are singular, or steep: denominators, bases of
     roots, and arguments of functions such as tanh. Left out are linear ones, and those with ``unknown``
     symbols or accelerations."""
-    nodes = reachable(roots)
-    found = dict.fromkeys(moving_core(one, variables) for node in nodes for one in arguments(node))
+    found = singular_in(roots, variables)
     return [one for one in found if is_compound(one, variables) and is_known(one, unknown)]
+
+
+def singular_in(roots: Iterable[Node], variables: int) -> list[Node]:
+    """What the expressions ``roots`` are singular or steep in."""
+    nodes = reachable(roots)
+    return [*dict.fromkeys(moving_core(one, variables) for node in nodes for one in arguments(node))]
 
 
 def arguments(node: Node) -> Iterator[Node]:

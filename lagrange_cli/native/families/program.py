@@ -209,8 +209,9 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
         given = self.with_integrals(self.given(interface, 2 * orders * width, floors), lengths)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
-        if self.shaken is not None:  # whose accelerations are doubles
-            texts += [*numbers("", RATES + 4), rests(RATES + 4)]
+        if self.shaken is not None or self.proven:  # accelerations, and series of proofs, are doubles
+            order = self.order if self.proven else RATES
+            texts += [*numbers("", order + 4), rests(order + 4)]
         return given.work, texts, (lengths.first, lengths.row, lengths.term)
 
     def with_integrals(self, given: Given, lengths: Lengths) -> Given:

@@ -16,7 +16,7 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.stepping.cancelling import StateSeries, Sums
+from lagrange_cli.native.stepping.cancelling import Sums, Tail
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.proof import (
     HEAD,
@@ -29,6 +29,7 @@ from lagrange_cli.native.stepping.proof import (
     radii,
     weights_of,
 )
+from lagrange_cli.native.stepping.state_series import StateSeries
 from lagrange_cli.records import dataclass
 
 TOGETHER = 4
@@ -61,14 +62,15 @@ class EquationsProof(Proof):
         rows = [one for row in self.defect.terms for one in row]
         variables = self.residual.variables | union(self.defect.accelerations)
         series = WrittenSeries(f, self, variables, set(moving))
-        Sums(disks, rows, series, moving, self.constants).enclose()
+        tail = Tail(f) if self.sums else None
+        Sums(disks, rows, series, moving, self.constants, tail).enclose()
         emit_values(disks, rows, moving, self.constants)
         allowed = self._allowed(f, emitter, moving)
         weights, excess = weights_of(disks), f.constant(0.0)
         for row, most in zip(self.defect.terms, allowed):
             total = f.constant(0.0)
             for term in row:
-                total = total + least(disks, moving[term], weights)
+                total = total + least(disks, disks.radius(moving[term] or disks.constant(0)), weights)
             excess = exceeded(f, excess, total * WIDER, most)
             if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
                 excess = f.select(most < inf, excess, f.constant(inf))
@@ -189,19 +191,27 @@ class EquationsProof(Proof):
 class WrittenSeries(StateSeries):
     """The series of rows of the state, of symbols that are ``used``."""
 
+    sums: Mapping[Node, int]
+
     def __init__(self, f: Function, proof: EquationsProof, variables: int, used: Collection[Node]) -> None:
         self.f, self.lengths, self.variables, self.low = f, proof.lengths, variables, proof.margins.low
-        self.time = proof.residual.model.time
+        self.time, self.inverse = proof.residual.model.time, 1.0 / Real(f, "%unit")
         degrees, first = proof.lengths.degrees, sum(proof.margins.multipliers)
-        self.places = {symbol: i for i, symbol in enumerate(proof.residual.state_q) if symbol in used}
+        places = {symbol: i for i, symbol in enumerate(proof.residual.state_q) if symbol in used}
         speeds = enumerate(proof.residual.state_v, degrees)
-        self.speeds = {symbol: i for i, symbol in speeds if symbol in used}
+        self.rows = {**places, **{symbol: i for i, symbol in speeds if symbol in used}}
+        self.places, self.speeds = [*places], [*self.rows][len(places) :]
         self.sums = {node: i for i, node in enumerate(proof.sums, first)}
-        self.rows = {**self.places, **self.speeds, **self.sums}
+        """The rows of their integrals."""
 
     def coefficient(self, node: Node, m: Integer) -> Real:
+        if node in self.rows:
+            return self._of_row(self.rows[node], m)
+        return self._of_row(self.sums[node], m + 1) * (m + 1).to_real() * self.inverse
+
+    def _of_row(self, row: int, m: Integer) -> Real:
         lengths = self.lengths
-        return self.f.load("%work", m * lengths.term + (self.rows[node] * lengths.row + lengths.first))
+        return self.f.load("%work", m * lengths.term + (row * lengths.row + lengths.first))
 
     def late(self, symbol: Node) -> Real:
         return self.f.load("%state", self.rows[symbol] + self.low)

@@ -23,7 +23,6 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.recurrences.disk import Disks
-from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.records import dataclass
@@ -139,11 +138,11 @@ def weights_of(disks: Disks) -> Real:
     return disks.exp(logarithms * f.splat(Real(f, "%beyond"), LANES)) * sums
 
 
-def least(disks: Disks, term: Disk | None, weights: Real) -> Real:
+def least(disks: Disks, radius: Real, weights: Real) -> Real:
     """The bound of a term's part of the defect, by the k that suits it best."""
-    radius, unlimited = disks.radius(term or disks.constant(0)) * weights, disks.all(float("inf"))
+    bound, unlimited = radius * weights, disks.all(float("inf"))
     # what is not a number is not known
-    return disks.f.reduce("fmin", disks.f.select(radius < unlimited, radius, unlimited))
+    return disks.f.reduce("fmin", disks.f.select(bound < unlimited, bound, unlimited))
 
 
 def expected(f: Function, excess: Real, order: int) -> Real:

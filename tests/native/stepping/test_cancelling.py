@@ -30,7 +30,7 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.stepping.cancelling import StateSeries, Sums
+from lagrange_cli.native.stepping.cancelling import StateSeries, Sums, Tail
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.proof import RATIOS, radii
 from lagrange_cli.run.derive import derive_system
@@ -59,7 +59,9 @@ class RowSeries(StateSeries):
         self.rows = {**self.places, **self.speeds, **self.sums}
 
     def coefficient(self, node: Node, m: Integer) -> Real:
-        return self.f.load("%work", m + int(self.rows[node]) * (ORDER + 1))
+        m = m + 1 if node in self.sums else m
+        found = self.f.load("%work", m + int(self.rows[node]) * (ORDER + 1))
+        return found * m.to_real() / Real(self.f, "%unit") if node in self.sums else found
 
     def late(self, symbol: Node) -> Real:
         return self.f.load("%state", int(self.rows[symbol]) + 4)
@@ -82,7 +84,7 @@ def compiled():
     known: dict[Node, Disk | None] = {time: Disk("%t", h)}
     for i, one in enumerate(symbols):
         known[one] = Disk(emitter.load("%state", i), f.load_row("%out", LANES * i, LANES))
-    Sums(disks, [*combined, *own], series, known, Constants()).enclose()
+    Sums(disks, [*combined, *own], series, known, Constants(), Tail(f)).enclose()
     emit_values(disks, [*combined, *own], known, Constants())
     for i, node in enumerate([*combined, *own]):
         made = known[node]
