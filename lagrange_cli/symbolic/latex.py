@@ -41,7 +41,7 @@ class Latex(Notation):
         bare, dots = dotted(component(name))
         stem, indices = split_index(bare)
         text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
-        if len(stem) > 1 and stem not in GREEK:
+        if len(stem) > 1 and not stem.isdigit() and stem not in GREEK:
             text = rf"\mathrm{{{escaped(stem)}}}"
         if dots:
             text = rf"\{'d' * dots}ot{{{text}}}"
@@ -54,7 +54,7 @@ class Latex(Notation):
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
-        return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
+        return self.name(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
 
     def whole(self, text: str) -> str:
         """A whole number that is computed of indices and sizes."""
