@@ -12,7 +12,7 @@ from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import RESERVED, TIME
 from lagrange_cli.run.equations import FORMS
-from lagrange_cli.symbolic.latex import as_latex
+from lagrange_cli.symbolic.latex import Latex, as_latex
 from lagrange_cli.symbolic.layouts import as_text, as_unicode
 from tests.support import latex, pages
 from tests.support.motion import CONSTRAINED, NAMES, ManyDigits
@@ -184,3 +184,11 @@ def test_momenta_have_the_names_of_their_coordinates():
     assert lettered[:4] == ["p_x₁", "p_x_1", "p_x₁,₂", "p_x₁₂"]
     marked = re.findall("p_.* &=", as_latex(equations, "lagrange"))
     assert marked[:4] == [r"p_{x_{1}} &=", r"p_{\mathrm{x\_1}} &=", "p_{x_{1,2}} &=", "p_{x_{12}} &="]
+
+
+def test_a_sum_does_not_belong_to_the_function_before_it():
+    notation = Latex()
+    sine, cosine = notation.call("sin", [r"\theta_{1}"], "2"), notation.call("cos", ["x"])
+    assert notation.product([sine, cosine]) == r"\sin^{2} \theta_{1} \cos x"
+    total = r"\sum_{i = 0}^{N - 1} y_{i}"
+    assert notation.product([cosine, sine, total]) == rf"\cos x \sin^{{2}}(\theta_{{1}}) {total}"
