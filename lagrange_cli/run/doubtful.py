@@ -168,9 +168,11 @@ def clearly_regular(spec: Spec, values: Values) -> bool:
         masses = Equations(spec, values.parameters).masses(spec.solve.start or 0.0, values.q, values.v).rows
     except (LagrangeError, ArithmeticError):
         return False
-    rows = [[float(masses.get(j, {}).get(k, 0.0)) for k in range(len(masses))] for j in range(len(masses))]
+    if len(masses) < len(spec.coordinates):  # a row is left out
+        return False
+    rows = [[float(masses[j].get(k, 0.0)) for k in range(len(masses))] for j in range(len(masses))]
     for j, row in enumerate(rows):
-        if not row[j] > FAR * float(masses[j].get(j, 0.0)) or len(rows) < len(spec.coordinates):
+        if not row[j] > FAR * float(masses[j].get(j, 0.0)):
             return False
         for below in rows[j + 1 :]:
             factor = below[j] / row[j]

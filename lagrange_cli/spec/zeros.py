@@ -157,9 +157,10 @@ def both(one: int, other: int) -> int:
 
 
 def by_quaternion(w: int, x: int, y: int, z: int) -> Pattern:
-    """The pattern of R of a quaternion of length 1: R_11 = 1 - 2 (y^2 + z^2) and so on."""
+    """The pattern of R of a quaternion of length 1: R_11 = 1 - 2 (y^2 + z^2) = 2 (w^2 + x^2) - 1 etc."""
     xy, xz, yz = max(both(x, y), both(w, z)), max(both(x, z), both(w, y)), max(both(y, z), both(w, x))
-    one, two, three = (max(CONSTANT, *others) for others in ((y, z), (x, z), (x, y)))
+    halves = ((w, x), (y, z)), ((w, y), (x, z)), ((w, z), (x, y))
+    one, two, three = (max(CONSTANT, min(map(max, half))) for half in halves)
     return (one, xy, xz), (xy, two, yz), (xz, yz, three)
 
 

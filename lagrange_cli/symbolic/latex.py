@@ -25,6 +25,10 @@ WHOLE = {
 }  # fmt: skip
 RELATIONS = {"==": "=", "!=": r"\ne", "<=": r"\le", ">=": r"\ge"}
 BREAK = r" \\ "
+SINGLE = r"(?:[^\W\d_]|\\[a-zA-Z]+)(?:_\{[^{}]*\})?"
+"""An argument that needs no parentheses."""
+CALL = re.compile(rf"^(\\[a-zA-Z{{}}]+(?:\^\{{.*\}})?) ({SINGLE})$")
+"""A function with such an argument; before a sum, it gets them: the sum would seem to belong to it."""
 LETTERS = {letter: rf"\{name}" for name, letter in GREEK.items()}
 
 
@@ -41,7 +45,7 @@ class Latex(Notation):
         bare, dots = dotted(component(name))
         stem, indices = split_index(bare)
         text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
-        if len(stem) > 1 and stem not in GREEK:
+        if len(stem) > 1 and not stem.isdigit() and stem not in GREEK:
             text = rf"\mathrm{{{escaped(stem)}}}"
         if dots:
             text = rf"\{'d' * dots}ot{{{text}}}"
@@ -54,7 +58,7 @@ class Latex(Notation):
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
-        return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
+        return self.name(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
 
     def whole(self, text: str) -> str:
         """A whole number that is computed of indices and sizes."""
@@ -105,7 +109,11 @@ class Latex(Notation):
         return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
     def product(self, factors: Sequence[str]) -> str:
-        return multiplied(factors, r" \cdot ")
+        enclosed = [
+            CALL.sub(r"\1(\2)", one) if following.startswith(r"\sum") else one
+            for one, following in zip(factors, [*factors[1:], ""])
+        ]
+        return multiplied(enclosed, r" \cdot ")
 
     def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
         """A fraction; factors that are too wide for the numerator, or divided by a number only, follow it."""
@@ -136,7 +144,7 @@ class Latex(Notation):
             return rf"e^{{{arguments[0]}}}"
         name = FUNCTIONS.get(function, f"\\{function}")
         raised = f"{name}^{{{exponent}}}" if exponent else name
-        if len(arguments) == 1 and re.fullmatch(r"(?:[^\W\d_]|\\[a-zA-Z]+)(?:_\{[^{}]*\})?", arguments[0]):
+        if len(arguments) == 1 and re.fullmatch(SINGLE, arguments[0]):
             return f"{raised} {arguments[0]}"
         return raised + self.parentheses(", ".join(arguments))
 

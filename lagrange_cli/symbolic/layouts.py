@@ -110,7 +110,7 @@ def row_lines(indent: str, row: str) -> Iterator[tuple[str, str]]:
     for index, character in enumerate(row[begin:], begin):
         depth += (character in "([") - (character in ")]")
         last = index + 1 == len(row)
-        if last or (character == "," and depth == 0):
+        if last or (depth == 0 and row.startswith(", ", index)):  # no comma of u₁,₂
             if place > start and len(indent) + index + 1 - start > WIDTH:
                 parts.append((indent, row[start:place].rstrip()))
                 indent, start = further, place

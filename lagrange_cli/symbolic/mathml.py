@@ -63,7 +63,7 @@ class MathML(Notation):
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
-        return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
+        return self.name(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
 
     def whole(self, text: str) -> str:
         """A whole number that is computed of indices and sizes."""

@@ -56,7 +56,7 @@ def joined_component(name: str) -> str:
 
 def split_index(name: str) -> tuple[str, list[str]]:
     """``theta1`` as theta and [1], ``u[1,2]`` as u and [1, 2]; ``p_theta1`` as p and [theta1]."""
-    if name.startswith("p_") and "[" in name:
+    if re.match(r"p_[^\W\d]", name):
         return "p", [name.removeprefix("p_")]
     name, _, members = name.partition("[")
     stem, *indices = [part for part in name.split("_") if part] or [name]
@@ -280,7 +280,7 @@ class Unicode(Text):
             return f"{text}_[{', '.join(self.whole(one) for one in indices)}]"
         for last, index in zip(["", *indices], indices):
             comma = "," if last.isdigit() and index.isdigit() else ""
-            text += comma + index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.symbol(index)}"
+            text += comma + index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.name(index)}"
         return text
 
     def whole(self, text: str) -> str:
@@ -298,6 +298,11 @@ class Unicode(Text):
         if exponent.isdigit():
             return base + exponent.translate(SUPERSCRIPTS)
         return f"{base}^{self.enclosed(exponent)}"
+
+    def enclosed(self, exponent: str) -> str:
+        """In parentheses also if it is a power: x^t² would be the square of x^t as well."""
+        raised = ord(exponent[-1]) in SUPERSCRIPTS.values()
+        return self.parentheses(exponent) if raised else super().enclosed(exponent)
 
     def transposed(self, text: str) -> str:
         return f"{text}ᵀ"

@@ -10,7 +10,7 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.errors import NotReal
-from lagrange_cli.expression.symbolic_switches import Switch
+from lagrange_cli.expression.symbolic_switches import Absolute, Switch
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Summed
 from lagrange_cli.symbolic.order import Order, base_and_exponent, digits_of, is_negative, reads_as_fraction
@@ -156,7 +156,8 @@ class Renderer:
     def __init__(self, notation: Notation, order: Order) -> None:
         self.notation = notation
         self.order = order
-        power = notation.powers_of_e and all(symbol.name != "e" for symbol in order.ranks)
+        others = (notation.name(symbol.name) for symbol in order.ranks)
+        power = notation.powers_of_e and notation.symbol("e") not in others
         self.exponential = "e" if power else "exp"
         """What the function exp is called."""
 
@@ -240,8 +241,13 @@ class Renderer:
 
     def factor_key(self, factor: sympy.Expr) -> tuple[object, ...]:
         base = base_and_exponent(factor)[0]
-        last = self.notation.functions_last and base.is_Function and base.func is not sympy.exp
-        return (last, *self.order.factor_key(base))
+        return (self.notation.functions_last and self.has_name(base), *self.order.factor_key(base))
+
+    def has_name(self, expression: sympy.Expr) -> bool:
+        """Whether the name of a function is written before its arguments, or the sign of a sum."""
+        enclosed = isinstance(expression, Switch | Absolute)
+        power = expression.func is sympy.exp and self.exponential == "e"
+        return bool(expression.is_Function) and not (enclosed or power)
 
     def number(self, value: Fraction) -> tuple[list[str], list[str]]:
         """The factors of a positive rational in numerator and denominator: 2 below for 1/2, 9.81 above."""

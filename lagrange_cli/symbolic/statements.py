@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy
 
+from lagrange_cli.expression.vocabulary import CALLABLE
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.order import Order, Role
@@ -45,7 +46,8 @@ class Section:
 
 
 def alike(notation: Notation, order: Order) -> frozenset[str]:
-    """The names that would look like another one in a notation, such as x_1 beside x1, or like the number pi.
+    """The names that would look like another one in a notation, such as x_1 beside x1, or like a function or
+    the number pi, such as sin_ and pi_.
 
     Of names that look the same one is not among them: one that cannot look otherwise, or a coordinate.
     """
@@ -57,7 +59,8 @@ def alike(notation: Notation, order: Order) -> frozenset[str]:
     def first(name: str) -> tuple[bool, bool, bool]:
         return notation.verbatim(name) != notation.symbol(name), name not in moving, "_" in name
 
-    others = [sorted(names, key=first)[text != notation.pi :] for text, names in shown.items()]
+    taken = {notation.pi, *map(notation.symbol, CALLABLE)}
+    others = [sorted(names, key=first)[text not in taken :] for text, names in shown.items()]
     return frozenset(name for names in others for name in names)
 
 
@@ -97,7 +100,8 @@ class Writer:
 
     def _namesake(self, name: str, expression: sympy.Expr) -> str:
         """That a length L, for example, is not the Lagrangian L that contains it."""
-        own = next((one for one in expression.free_symbols if str(one) == name), None)
+        shown = self.notation.name
+        own = next((one for one in expression.free_symbols if shown(str(one)) == shown(name)), None)
         if own is None:
             return ""
         role, _ = self.order.ranks.get(own, (Role.PARAMETER, 0))

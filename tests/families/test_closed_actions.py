@@ -78,14 +78,14 @@ CHAINS = {"a chain": CHAIN, "a tree": TREE, "a chain in space": SPACE, "a chain 
 @pytest.mark.parametrize("count", [3, 8, 9])
 @pytest.mark.parametrize("case", TIES)
 def test_the_matrix_of_impulses_is_that_of_the_energy(
-    case: str, count: int, monkeypatch: pytest.MonkeyPatch
+    case: str, count: int, monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config
 ) -> None:
     """M is d2T/dq_dot2, and A is df/dq, by differences that are exact for squares, and by small ones."""
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
     if case in CHAINS:
         text = (HEAD + CHAINS[case]).format(count=count, start="0.3", speed="1")
     else:
-        text = drawn(random.Random(4), case, count)
+        text = drawn(random.Random(f"{pytestconfig.option.seed} {case}"), case, count)
     system = systems.made(read_spec(f'{text}\nconstraints: {{tie: "{TIES[case]}"}}\n', "system.yaml"))
     t, q, v, parameters = random_state(system, 3)
     assert system.bonds is not None

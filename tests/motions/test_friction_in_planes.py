@@ -437,3 +437,20 @@ def test_the_same_on_a_wire_where_the_force_of_constraint_is_large() -> None:
     exact = lagrange.solve(wire, set=values, stop=0.5, samples=21, precision="double-double")
     np.testing.assert_allclose(motion.q["x"], exact.q["x"], rtol=0, atol=1e-12)
     assert np.abs(motion.ledger["h"]).max() < 1e-12 * 300
+
+
+RUBBED = """
+parameters: {F: 0.5}
+coordinates: {x: {initial: 0, velocity: 0.75}, y: {initial: 0, velocity: 0.4}}
+masses: {p: 1}
+positions: {p: [x, y]}
+potential: 0
+dissipation: F*norm((p.vx, p.vy))
+"""
+
+
+def test_a_puck_rests_with_all_digits_that_steps_on_rates_keep() -> None:
+    """What is behind the digits of a velocity that has become 0 moved it on, at 1e-24."""
+    for force in np.linspace(0.3, 0.5, 41).tolist():
+        motion = follow(RUBBED, 6.0, 3, method="ias15", tolerance=1e-13, outputs=("v",), sets={"F": force})
+        assert motion["v/x"][-1] == motion["v/y"][-1] == 0.0, force

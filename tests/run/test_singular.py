@@ -86,6 +86,17 @@ def test_check_warns_at_the_place_of_the_coordinate():
     assert singular_start(spec, resolve_values(spec, {"l": "1"})) == ()
 
 
+def test_a_coordinate_whose_mass_is_0_is_named():
+    text = """\
+parameters: {m: 0, J: 1}
+coordinates: {x: {initial: 0}, theta: {initial: 0}}
+lagrangian: m*x_dot**2/2 + J*theta_dot**2/2
+"""
+    spec = read_spec(text, "file.yaml")
+    (problem,) = singular_start(spec, resolve_values(spec))
+    assert problem.message == "the mass matrix is singular at the start: no kinetic energy depends on x_dot"
+
+
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_a_motion_that_cannot_begin_says_so(tmp_path, method):

@@ -203,10 +203,12 @@ def zeros_of(text):
 
 
 @pytest.mark.exhaustive(keep=0.4)
-def test_what_is_known_of_the_entries_of_an_orientation():
+def test_what_is_known_of_the_entries_of_an_orientation(pytestconfig):
     """Those that are 0, and those that do not change: at three states, a parameter l being any number."""
-    rng = random.Random(5)
-    for text, form, sequence, given in rng.sample([*orientations()], 300):
+    rng = random.Random(pytestconfig.option.seed)
+    by_angles = [one for one in orientations() if one[1] == "euler"]
+    by_quaternions = [one for one in orientations() if one[1] == "quaternion"]
+    for text, form, sequence, given in [*by_quaternions, *rng.sample(by_angles, 300)]:
         body = f"bodies: {{A: {{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0], orientation: {text}}}}}\n"
         zeros, written = zeros_of(f"parameters: {{l: 1}}\ncoordinates: {{a: {{initial: 1}}}}\n{body}")
         pattern = np.array(zeros.pattern(written))

@@ -9,8 +9,8 @@ from typing import Any
 import mpmath
 
 TOKEN = re.compile(
-    r"\\begin\{cases\}|\\end\{cases\}|\\operatorname\{\w+\}|\\(?:left|right|Bigl|Bigr)[()|]|\\text\{[^}]*\}"
-    r"|\\\\|\\[a-zA-Z]+|\d+\.?\d*|\S"
+    r"\\begin\{cases\}|\\end\{cases\}|\\operatorname\{\w+\}|\\mathrm\{(?:\\.|[^{}\\])+\}"
+    r"|\\(?:left|right|Bigl|Bigr)[()|]|\\text\{[^}]*\}|\\\\|\\[a-zA-Z]+|\d+\.?\d*|\S"
 )
 FUNCTIONS = {
     r"\sin": mpmath.sin, r"\cos": mpmath.cos, r"\tan": mpmath.tan, r"\arcsin": mpmath.asin,
@@ -18,7 +18,8 @@ FUNCTIONS = {
     r"\tanh": mpmath.tanh, r"\ln": mpmath.log, r"\exp": mpmath.exp, r"\max": max, r"\min": min,
     r"\operatorname{atan2}": mpmath.atan2, r"\operatorname{sgn}": mpmath.sign,
 }  # fmt: skip
-OPEN = {"(": ")", r"\left(": r"\right)"}
+OPEN = {"(": ")", r"\left(": r"\right)", r"\Bigl(": r"\Bigr)"}
+DOTS = {r"\dot": "'", r"\ddot": "''"}
 ENDS = {
     "+",
     "-",
@@ -27,6 +28,7 @@ ENDS = {
     "&",
     "<",
     ">",
+    "=",
     r"\\",
     r"\ge",
     r"\le",
@@ -38,7 +40,8 @@ ENDS = {
 
 
 def value(text: str, names: Mapping[str, Any]) -> Any:
-    """The value of a formula; ``names`` are values of single letters."""
+    """The value of a formula; ``names`` are values of symbols by their letters, a line before indices, and a
+    prime for each dot, as in ``theta|1'``. A name that is written out, as in ``x\\_1``, goes before."""
     reader = Reader(TOKEN.findall(text), names)
     found = reader.sum()
     assert reader.next() == "", text
@@ -50,6 +53,8 @@ class Reader:
 
     def __init__(self, tokens: list[str], names: Mapping[str, Any]) -> None:
         self.tokens, self.names = tokens, names
+        self.bare = False
+        """Whether what has just been read is a function of what stands behind it without parentheses."""
 
     @property
     def following(self) -> str:
@@ -74,15 +79,22 @@ class Reader:
     def product(self) -> Any:
         found = self.power()
         while self.following not in ENDS and not self.following.startswith(r"\text"):
+            function = self.bare and self.following in FUNCTIONS
+            assert function or not self.bare, ("does this belong to the argument?", self.tokens[:9])
             if self.following == r"\cdot":
                 self.next()
+            else:
+                assert not self.following[0].isdigit(), ("a digit without a dot", self.tokens[:9])
             found = found * self.power()
+        self.bare = False
         return found
 
     def power(self) -> Any:
+        self.bare = False
         base = self.factor()
         if self.following != "^":
             return base
+        assert not self.bare, ("a power of what?", self.tokens[:9])
         exponent = self.exponent()
         assert self.following != "^", "two exponents"
         return base**exponent
@@ -114,18 +126,48 @@ class Reader:
             return above / self.group()
         if token == r"\sqrt":
             return mpmath.sqrt(self.group())
-        if token == "e" and "e" not in self.names:
+        if token == "e" and self.following == "^" and "e" not in self.names:
             return mpmath.exp(self.exponent())
         if token == "{":
             return self.cases()
         if token in FUNCTIONS:
             return self.call(token)
-        return +mpmath.pi if token == r"\pi" else self.names[token]
+        return self.symbol(token)
+
+    def symbol(self, token: str) -> Any:
+        dots = DOTS.get(token, "")
+        if dots:
+            self.take("{")
+            token = self.next()
+            self.take("}")
+        if self.following != "_":
+            written = token.removeprefix(r"\mathrm{").removesuffix("}").replace("\\", "")
+            if written + dots in self.names:
+                return self.names[written + dots]
+            return +mpmath.pi if token == r"\pi" else self.names[letters(token) + dots]
+        index = letters("".join(self.indices()))
+        if token != "p":  # the momentum of what has indices
+            index = index.replace("|", "")
+        return self.names[f"{letters(token)}|{index}{dots}"]
+
+    def indices(self) -> list[str]:
+        """The tokens of an index, which may have indices."""
+        self.take("_")
+        depth, found = 0, list[str]()
+        while True:
+            token = self.next()
+            assert token, "an index without an end"
+            depth += (token == "{") - (token == "}")
+            found.append(token)
+            if depth == 0:
+                return found
 
     def call(self, function: str) -> Any:
         exponent = self.exponent() if self.following == "^" else 1
         if self.following not in OPEN:
-            return FUNCTIONS[function](self.factor()) ** exponent
+            found = FUNCTIONS[function](self.factor()) ** exponent
+            self.bare = True
+            return found
         close = OPEN[self.next()]
         arguments = [self.sum()]
         while self.following == ",":
@@ -164,3 +206,8 @@ class Reader:
         return bool(
             {"<": left < right, ">": left > right, r"\ge": left >= right, r"\le": left <= right}[sign]
         )
+
+
+def letters(text: str) -> str:
+    """The letters, digits and commas of a symbol, with a line before indices."""
+    return re.sub(r"\\mathrm|[\\{}]", "", text).replace("_", "|")

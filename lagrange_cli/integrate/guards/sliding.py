@@ -91,6 +91,7 @@ class Sliding(Drag):
         with_it = self._sizes(vectors) <= np.fmax(least, self._rounding_of_speeds)
         self.modes[np.array(vectors)[with_it]] = 0.0  # with it, or at that time
         self._take_rounding([k for k in self.vectors() if self.modes[k] == 0.0])
+        self._take_away(np.zeros(self._layout.degrees), exactly=True)  # what is behind the digits of 0, too
         if reached:
             self._move_to_limit(j)
         beyond = self._beyond()

@@ -69,9 +69,11 @@ class JointMatrices:
         """M, at rows times all coordinates, plus the column."""
         for kind in self.joints.joints:
             for b, q in enumerate(kind.coordinates):
-                for d, other in enumerate(kind.coordinates):
+                for d, other in enumerate(kind.coordinates[: b + 1]):
                     node = self._own(kind, q, other)
-                    yield Term(kind.domain, node, kind.rows[b] * self.degrees + kind.rows[d])
+                    places = {(b, d), (d, b)}  # of the same digits on both sides
+                    for i, j in sorted(places):
+                        yield Term(kind.domain, node, kind.rows[i] * self.degrees + kind.rows[j])
                 if kind.parents is not None:
                     yield from self._beyond(kind.rows[b], kind)
 
