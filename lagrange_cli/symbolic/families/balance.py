@@ -18,6 +18,7 @@ from lagrange_cli.symbolic.equations import Changing, Conserved
 from lagrange_cli.symbolic.families.given import Given
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.sums import gathered
+from lagrange_cli.symbolic.from_graph import number
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.members import Loops, Summed
 
@@ -131,7 +132,7 @@ def of_coordinates(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str,
                 continue
             made = sympy.Add(
                 *(
-                    sympy.nsimplify(one.factor, rational=True)
+                    number(one.factor)
                     * of_family(momenta, one.family.name, one.other.name if one.other else "")
                     for one in parts
                 )
