@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.drag import Drag
 from lagrange_cli.integrate.guards.modes import ROUNDING
-from lagrange_cli.integrate.guards.onset import SOON
+from lagrange_cli.integrate.guards.resting import SOON
 from lagrange_cli.integrate.guards.slopes import inverse_of
 from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import Clock
@@ -215,15 +215,17 @@ class Sliding(Drag):
             self._take_away(change, exactly=value == 0.0)
 
     def _slide(self, loose: dict[int, float]) -> bool:
-        """Begin to slide where the forces of some guards exceed their limits, with those that would exceed
-        theirs otherwise: a little way."""
+        """Begin to slide where the forces of some guards exceed their limits: a little way, with all that slides
+        then (see ``choice``), or those at least whose forces would exceed their limits otherwise."""
+        self._hold_all()
         origin = self.memory.copy()
         held = self.held([j for j in self.vectors() if self.modes[j] == 0.0], loose)
         now, drag = float(origin[self._layout.time]), [j for j in self.dragged() if self.modes[j] == 0.0]
         which = self.machine.program.parts - 1
         length = LONGEST[which] * min(held.scale, self.span)
         while length >= LEAST[which] * max(abs(now), self.span):
-            sliding, more = loose | dict.fromkeys(drag, 1.0), loose
+            more = held.sliding(length) or loose
+            sliding = more | dict.fromkeys(drag, 1.0)
             while more:
                 self.memory[:] = origin
                 held.friction.update(
