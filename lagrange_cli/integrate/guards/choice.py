@@ -1,18 +1,19 @@
 """Which of several velocities that friction holds at 0 stay 0, and in which directions the others begin.
 
-Let x_i be the rates of these velocities, and f_i(x) = f_i + (A x)_i the forces that they take. Friction allows
+Let x_i be the rates of these velocities, and f_i(x) = f_i + (A x)_i the forces that they take. Friction
+allows
 
     |f_i| <= D_i where x_i = 0,    f_i = D_i x_i/|x_i| where it is not.
 
-These are the conditions for the least value of -(f + A x/2) x + sum_i D_i |x_i|, which is what Gauss's principle
-says with friction beside the constraint (J. J. Moreau, in Nonsmooth Mechanics and Applications, 1988, sec. 9). As
--A is symmetric and positive definite, up to a factor D_i for each row, there is one solution. It is a zero of
-x_i - p_i(x_i + t_i f_i(x)), where p_i shortens a vector by t_i D_i, or to 0 (a proximal map). Newton's method finds
-it in a few iterations, also for hundreds of velocities (L. Qi and J. Sun, Math. Programming 58, 1993). It need not:
+These are the conditions for the least value of -(f + A x/2) x + sum_i D_i |x_i|: of Gauss's constraint with
+friction beside it (J. J. Moreau, in Nonsmooth Mechanics and Applications, 1988, sec. 9). As -A is symmetric
+and positive definite, but for a factor of each row, there is one solution. It is a zero of x_i - p_i(x_i +
+t_i f_i(x)), where p_i shortens a vector by t_i D_i, or to 0 (a proximal map). Newton's method finds it in a
+few iterations, also for hundreds of velocities (L. Qi and J. Sun, Math. Programming 58, 1993). It need not:
 changes of one f_i after the other always lead nearer (P. Tseng, J. Optim. Theory Appl. 109, 2001).
 
-Limits D_i may depend on x, as those of friction by a force of constraint do. Then there may be no solution, or
-several, and these steps need not end."""
+Limits D_i may depend on x, as those of friction by a force of constraint do. Then there may be no solution,
+or several, and these iterations need not end."""
 
 from __future__ import annotations
 

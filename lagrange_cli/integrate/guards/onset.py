@@ -232,6 +232,14 @@ class Onset(Choosing):
         found = zip(held, self._multipliers(held).tolist())
         return {j: 1.0 if size > 0.0 else -1.0 for j, size in found if not abs(size) <= HELD}
 
+    def _exceeds(self, j: int, t: float) -> bool:
+        """Whether the force that holds a vector, which is as large as its limit, exceeds it after a time."""
+        self._series()
+        limit = self._rows.guards[j].limit
+        rows = self._coefficients_of(limit, limit + 2)
+        above, below = (rows @ t ** np.arange(rows.shape[1])).tolist()
+        return not below >= (1.0 - HELD) / 2.0 * (above + below)
+
     def _go_on(self, vectors: Sequence[int], begins: Array) -> bool:
         """Whether none of the vectors, whose parts were ``begins``, has turned round: friction would."""
         if not vectors:

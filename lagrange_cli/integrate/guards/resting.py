@@ -32,10 +32,10 @@ ORDERS = 3
 
 @dataclass(frozen=True)
 class Friction:
-    """Friction along a vector where that is 0: the ``slopes`` of its parts by velocities (parts, velocities),
-    the ``velocities`` that friction gives it, for each part that then is 1 (velocities, parts); how large
-    accelerations by friction are, ``usual``, and the ``rate`` of the vector by it. The ``sides`` are what this
-    follows from: series where it acts against each part, and along it."""
+    """Friction along a vector where that is 0: the ``slopes`` of its parts by velocities (parts,
+    velocities), the ``velocities`` that friction gives it, for each part that then is 1 (velocities, parts);
+    how large accelerations by friction are, ``usual``, and the ``rate`` of the vector by it. All of this
+    follows from the ``sides``."""
 
     slopes: Array
     velocities: Array
@@ -110,8 +110,8 @@ class Choosing(Leading):
         return self._rates_of_rows()
 
     def _both_ways(self, j: int) -> Sides:
-        """The series where friction that holds a vector, or a switch, acts as if it slid along each of its parts,
-        and the other way: those of the first orders."""
+        """The first orders of series where friction that holds a vector, or a switch, acts as if it slid along
+        each of its parts, and the other way."""
         memory, vector = self.memory.copy(), self._rows.guards[j].parts > 0
         still, found = np.zeros(self.machine.program.degrees), []
         nudges = (self._tiny * inverse_of(self._slopes_of_parts(j))).T if vector else still[None]
@@ -160,9 +160,9 @@ class Choosing(Leading):
 
 @dataclass(frozen=True)
 class Resting:
-    """The ``guards`` that are held, by number, and the series (rows from the ``first``, orders) while they are.
-    Squares of parts add up with the squares of these ``scales``; forces may have the opposite ``signs``. Limits
-    that do not change are ``fixed``, others nan."""
+    """The ``guards`` that are held, by number, and series (rows from the ``first``, orders) while they are.
+    The squares of parts add up with the squares of these ``scales``; forces may have the opposite ``signs``.
+    Limits that do not change are ``fixed``, others nan."""
 
     guards: Mapping[int, GuardRow]
     first: int
@@ -188,8 +188,8 @@ class Resting:
 def resting(
     guards: Mapping[int, GuardRow], first: int, held: Array, sides: Sequence[Sides]
 ) -> Resting | None:
-    """How the forces that hold guards depend on the rates of what they hold, by the ``sides`` of each; None if
-    they have no value."""
+    """How the forces that hold guards depend on the rates of what they hold, by the ``sides`` of each; None
+    if they have no value."""
     rows = [*guards.values()]
     parts = [max(one.parts, 1) for one in rows]
     width, places = sum(parts), places_of(parts)
@@ -197,9 +197,8 @@ def resting(
     for one, place, both in zip(rows, places, sides):
         if one.parts:  # of which one is not 0
             lengths, beside = [ahead[one.row - first, 0] for ahead, _ in both], one.beside - first
-            scales[place] = lengths / np.diagonal(
-                [ahead[beside : beside + one.parts, 0] for ahead, _ in both]
-            )
+            sizes = [ahead[beside + p, 0] for p, (ahead, _) in enumerate(both)]
+            scales[place] = np.divide(lengths, sizes)
     here = scales * read(rows, first, held[:, 0])[0]
     slopes, falls = np.zeros((width, width)), np.zeros((len(rows), width))
     for i, (one, place, both) in enumerate(zip(rows, places, sides)):
