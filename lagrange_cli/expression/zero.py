@@ -125,6 +125,21 @@ def is_zero(node: Node) -> bool:
     return node in zeros([node])
 
 
+def is_rounding(node: Node, beside: Node) -> bool:
+    """Whether an expression is 0, or as small ``beside`` another one as rounded numbers in the file make it:
+    (0.3*v)**2 - 0.09*v**2 is not 0 to all digits."""
+    if is_zero(node):
+        return True
+    source, found = random.Random(0), False
+    symbols = [one.data for one in reachable([node, beside]) if one.kind is Kind.SYMBOL]
+    for _ in range(POINTS):
+        values, sizes = evaluate([node, beside], {name: source.uniform(-RANGE, RANGE) for name in symbols})
+        found = abs(values[node]) <= Reals.rounding * sizes[beside] < math.inf
+        if not found:
+            break
+    return found
+
+
 def branching(node: Node) -> Sequence[Node]:
     """Those arguments of a node that decide which of its branches counts.
 

@@ -136,7 +136,8 @@ class Onset(Choosing):
         modes: they are ``sliding``. Returns further ones, where forces exceed their limits on this way; None
         where polynomials of that length do not describe the motion."""
         own = self.machine.program.degrees
-        usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
+        by_friction = [held.friction[j].usual for j in sliding if j in held.friction]
+        usual = max(by_friction, default=0.0)
         self.modes[[*sliding]] = [*sliding.values()]
         origin, gauss_rule = self.memory.copy(), rule()
         parts = self.machine.program.parts
@@ -178,8 +179,11 @@ class Onset(Choosing):
             exact = max(EXACT * usual, UNTOLD * sum_of_all) if parts == 1 else EXACT * sum_of_all
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
-        else:
-            return None
+        else:  # directions of vectors that are small beside velocities have fewer digits
+            by_size = sum(one / float(size) for one, size in zip(by_friction, sizes) if size)
+            exact = max(exact, EXACT * by_size * float(np.max(np.abs(speeds[-1]))))
+            if not np.max(np.abs(change)) <= exact:
+                return None
         speeds, places = length * (once @ found), length**2 * (twice @ found)
         highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
         if highest[0] > exact and highest[1] > rounded:

@@ -110,8 +110,8 @@ class Choosing(Leading):
         return self._rates_of_rows()
 
     def _both_ways(self, j: int) -> Sides:
-        """The first orders of series where friction that holds a vector, or a switch, acts as if it slid along
-        each of its parts, and the other way."""
+        """The first orders of series where friction that holds a vector, or a switch, acts as if it slid
+        along each of its parts, and the other way."""
         memory, vector = self.memory.copy(), self._rows.guards[j].parts > 0
         still, found = np.zeros(self.machine.program.degrees), []
         nudges = (self._tiny * inverse_of(self._slopes_of_parts(j))).T if vector else still[None]
