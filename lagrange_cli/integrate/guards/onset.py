@@ -179,12 +179,12 @@ class Onset(Choosing):
             exact = max(EXACT * usual, UNTOLD * sum_of_all) if parts == 1 else EXACT * sum_of_all
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
-        else:  # directions of vectors that are small beside velocities have fewer digits
-            by_size = sum(one / float(size) for one, size in zip(by_friction, sizes) if size)
-            exact = max(exact, EXACT * by_size * float(np.max(np.abs(speeds[-1]))))
-            if not np.max(np.abs(change)) <= exact:
-                return None
+        # directions of vectors that are small beside velocities have fewer digits
+        by_size = sum(one / float(size) for one, size in zip(by_friction, sizes) if size)
+        exact = max(exact, EXACT * by_size * float(np.max(np.abs(speeds[-1]))))
         speeds, places = length * (once @ found), length**2 * (twice @ found)
+        if not (np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded):
+            return None
         highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
         if highest[0] > exact and highest[1] > rounded:
             return None
