@@ -29,6 +29,9 @@ EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 UNTOLD = 2.0**-50
 """Changes of accelerations that are rounding, beside their sum: friction may be a small part of it."""
+DIRECTIONS, SEVERAL = 2.0**-45, 8.0
+"""What rounding errors of directions change accelerations by, beside those by friction and for vectors as
+large as velocities, if iterations do not end; and how many of the last changes are left in a coefficient."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
 COARSE, KNOWN = 2.0**-1, 2.0**5
@@ -179,12 +182,13 @@ class Onset(Choosing):
             exact = max(EXACT * usual, UNTOLD * sum_of_all) if parts == 1 else EXACT * sum_of_all
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
-        # directions of vectors that are small beside velocities have fewer digits
-        by_size = sum(one / float(size) for one, size in zip(by_friction, sizes) if size)
-        exact = max(exact, EXACT * by_size * float(np.max(np.abs(speeds[-1]))))
+        else:  # directions of vectors that are small beside velocities have fewer digits
+            by_size = sum(one / float(size) for one, size in zip(by_friction, sizes) if size)
+            exact = max(exact, DIRECTIONS * by_size * float(np.max(np.abs(speeds[-1]))))
+            if not np.max(np.abs(change)) <= exact:
+                return None
+        exact = max(exact, SEVERAL * float(np.max(np.abs(change))))
         speeds, places = length * (once @ found), length**2 * (twice @ found)
-        if not (np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded):
-            return None
         highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
         if highest[0] > exact and highest[1] > rounded:
             return None
