@@ -25,8 +25,8 @@ forces: {c: "(P*cos(al), P*sin(al))"}
 
 
 def pile(limits: tuple[float, float, float], pull: float) -> Array:
-    """The accelerations of blocks on one another of which the top is pulled: by trial of all ways in which they
-    may move as one with what is below them, or slide on it."""
+    """The accelerations of blocks on one another of which the top is pulled: by trial of all ways in which
+    they may move as one with what is below them, or slide on it."""
     masses, best = (1.0, 2.0, 1.5), None
     for moves in np.ndindex(2, 2, 2):  # by trial: what slides on what lies below
         groups: list[list[int]] = []
