@@ -35,6 +35,8 @@ def solved_for(
 ROUNDING = 2.0**8
 """Where the argument of a switch is no more than so many units of rounding of its terms, or of what it would
 change by in the time t, it is 0."""
+WITHOUT = 2.0**300
+"""What stands for a force in place of its part of a limit that is 0: much more than that if it is not 0."""
 
 Values = dict[Node, "V | None"]
 
@@ -83,7 +85,8 @@ def hold(
         found = []
         for _, one in able:
             force, limit = (here[x] if x else None for x in (one.force, one.limit))
-            found.append(kind.select(kind.compare("one", limit, None), kind.div(force, limit), None))
+            beyond = kind.mul(kind.number(WITHOUT), force)
+            found.append(kind.select(kind.compare("one", limit, None), kind.div(force, limit), beyond))
         return found
 
     with f.loop(0, len(able), tested=False):
@@ -97,11 +100,13 @@ def hold(
         for (i, one), value, size in zip(able, values, sizes):
             beyond = kind.both(kind.compare("oge", size, most), kind.compare("ogt", size, kind.number(HELD)))
             kind.store(kind.select(beyond, side_of(kind, value), here[one.mode]), modes, i, count)
-    parts = dict(part for one in holders for part in one.parts)
-    here = solution([*sought, *parts.values()])
+    here = solution([*sought, *(value for one in holders for _, value in one.parts)])
     known.update({one: here[one] for one in (*unknowns.symbols, *(one.mode for one in holders))})
     known.update({one.multiplier: value for (_, one), value in zip(able, ratios(here)) if one.multiplier})
-    known.update({symbol: here[value] for symbol, value in parts.items()})
+    for one in holders:
+        for multiplier, part in one.parts:  # without a limit there is no force
+            limit = here[one.limit] if one.limit else None
+            known[multiplier] = kind.select(kind.compare("one", limit, None), here[part], None)
 
 
 def side_of(kind: Written[V], value: V | None) -> V:

@@ -38,14 +38,14 @@ class Leading(Unfelt):
         return float(self._multipliers([j])[0])
 
     def _multipliers(self, guards: Sequence[int]) -> Array:
-        """The multipliers of guards, infinite where limits are 0."""
+        """The multipliers of guards, infinite where limits are 0, but forces are not."""
         rows, limited = self._forces[guards], self._limited[guards]
         found: Array = self._here[rows, 0]
         if np.count_nonzero(limited):
             above, below = found[limited], self._here[rows[limited] + 1, 0]
-            whole = above + below
+            force, limit = above - below, above + below
             with np.errstate(divide="ignore", invalid="ignore"):
-                found[limited] = np.where(whole != 0.0, (above - below) / whole, np.inf)
+                found[limited] = np.where(limit != 0.0, force / limit, np.where(force != 0.0, np.inf, 0.0))
         return found
 
     def _holding(self, guards: Sequence[int]) -> Array:

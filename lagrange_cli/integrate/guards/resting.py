@@ -129,9 +129,9 @@ class Choosing(Leading):
         """What friction does to a vector that is held."""
         slopes, sides, own = self._slopes_of_parts(j), self._both_ways(j), self.machine.program.degrees
         given = np.array([(ahead[:own, 0] - behind[:own, 0]) / 2.0 for ahead, behind in sides]).T
-        if not np.all(np.isfinite(given)):
-            return Friction(slopes, inverse_of(slopes), 0.0, 0.0, sides)
         rates = slopes @ given
+        if not np.all(np.isfinite(given)) or not np.any(rates):
+            return Friction(slopes, inverse_of(slopes), 0.0, 0.0, sides)
         usual, rate = (float(np.max(np.abs(one))) for one in (given, rates))
         return Friction(slopes, given @ inverse_of(rates), usual, rate, sides)
 

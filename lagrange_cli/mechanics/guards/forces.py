@@ -1,8 +1,10 @@
-"""Forces that jump by the multipliers of constraints, as friction by a normal force does: mu N sign(v).
+"""Forces that jump by what changes itself: by the multipliers of constraints, as friction by a normal force
+does, mu N sign(v), or by a force that is switched off, as that of a brake.
 
 With the limit D = mu N there is an unknown force f = m D in place of the multiplier m (see ``held``): the
-equations stay linear in it and in N. It is found as y'', and D + f and D - f have the sign of D as long as -1
-<= m <= 1. The force along a vector has a multiplier for each component, and their common limit."""
+equations stay linear in it and in N, and determine it where D = 0. It is found as y'', and D + f and D - f
+have the sign of D as long as -1 <= m <= 1. The force along a vector has a multiplier for each component, and
+their common limit."""
 
 from __future__ import annotations
 
@@ -24,11 +26,12 @@ def by_forces(
     modes: Modes, rows: Sequence[Node], quadratures: Sequence[Node]
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """``rows`` and ``quadratures`` with forces in place of multipliers of switches, where multipliers of
-    constraints are their factors."""
+    constraints are their factors, or something that may become 0."""
     bound = union(_reactions(modes))
+    changing = modes.moving | union(guard.mode for guard in modes.guards.values())
     graph, nodes = modes.graph, [*rows, *quadratures]
     for original, guard in modes.guards.items():
-        if not guard.holding or not bound:
+        if not guard.holding:
             continue
         own = [modes.multipliers[i] for i in guard.holding]
         slopes = {
@@ -38,9 +41,12 @@ def by_forces(
             if x.symbols & m.symbols and not has_rates(x, m)
         }
         held = {i: _where_held(graph, one, guard.mode) for i, one in slopes.items() if not one.is_zero}
-        if not any(one.symbols & bound for one in held.values()):
+        if any(one.symbols & bound for one in held.values()):
+            shares = _shares(modes, held)
+        elif guard.vector is not None or any(one.symbols & changing for one in held.values()):
+            shares = _common(graph, [*held], [*held.values()])
+        else:
             continue
-        shares = _shares(modes, held)
         if shares is None:
             continue
         limit, factors = shares
@@ -94,6 +100,19 @@ def _shares(modes: Modes, held: Mapping[Place, Node]) -> tuple[Node, dict[Place,
         not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
     )
     return (limit, factors) if shared else None
+
+
+def _common(
+    graph: Graph, places: Sequence[Place], nodes: Sequence[Node]
+) -> tuple[Node, dict[Place, Node]] | None:
+    """The product of the factors, but numbers, that all nodes have in common, and what they are multiplied
+    with in each; None where there are none."""
+    products = [factors_of(graph.split_coefficient(node)[1]) for node in nodes]
+    shared = [one for one in products[0] if one[1] > 0 and all(one in others for others in products)]
+    limit = graph.product(shared)
+    if not limit.symbols:
+        return None
+    return limit, {place: node / limit for place, node in zip(places, nodes)}
 
 
 def _quotients(graph: Graph, nodes: Mapping[Place, Node], divisor: Node) -> dict[Place, Node]:
