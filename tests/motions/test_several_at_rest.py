@@ -153,3 +153,36 @@ def test_after_a_stop_by_an_event_as_from_the_start() -> None:
     assert motion.v["x2"][-1] == pytest.approx(np.cos(0.7) * rate * (1 - happened), abs=1e-12)
     assert motion.v["y2"][-1] == pytest.approx(np.sin(0.7) * rate * (1 - happened), abs=1e-12)
     assert motion.v["x1"][-1] == motion.v["y0"][-1] == 0
+
+
+WEIGHTS = """
+parameters: {g: 9.81, low: 0.3, up: 0.2, P: 5}
+coordinates:
+  {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}, a: {initial: 0}, b: {initial: 0}, c: {initial: 1}}
+masses: {one: 2, other: 1}
+positions: {one: [x, y, z], other: [a, b, c]}
+potential: g*(2*z + c)
+constraints: {table: SIGNz, top: SIGN(c - z - 1)}
+definitions: {v: "(x_dot, y_dot, z_dot)", w: "(a_dot - x_dot, b_dot - y_dot, c_dot - z_dot)"}
+forces:
+  one: -SIGN1*low*table.multiplier*v/norm(v) + SIGN1*up*top.multiplier*w/norm(w)
+  other: "(0.6*P, 0.8*P, 0) - SIGN1*up*top.multiplier*w/norm(w)"
+"""
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+@pytest.mark.parametrize(
+    ("low", "up", "pull"), [(0.3, 0.2, 1.5), (0.3, 0.2, 5), (0.03, 0.25, 2.9), (0.03, 0.2, 5)]
+)
+def test_limits_by_forces_of_constraint(low: float, up: float, pull: float, sign: str) -> None:
+    """One block on another one on a table, with their weights as multipliers of either sign."""
+    text = WEIGHTS.replace("SIGN1*", "-1*" if sign else "").replace("SIGN", sign)
+    motion = lagrange.solve(text, set={"low": low, "up": up, "P": pull}, stop=1, samples=2)
+    of_table, of_top = low * 3 * 9.81, up * 9.81
+    together = max(pull - of_table, 0.0) / 3
+    rates = (together, together)
+    if pull - together > of_top:
+        rates = max(of_top - of_table, 0.0) / 2, pull - of_top
+    for names, rate in zip(("xy", "ab"), rates):
+        for name, part in zip(names, (0.6, 0.8)):
+            assert motion.v[name][-1] == pytest.approx(part * rate, abs=1e-12)

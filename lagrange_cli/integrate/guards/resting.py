@@ -207,7 +207,7 @@ def resting(
         rates = np.array([[scales[place] * rates_of(one, first, side) for side in pair] for pair in both])
         if not all(np.all(np.isfinite(each)) for each in (here, forces, limits, rates)):
             return None
-        own, inverse = limits[:, :, i], inverse_of(rates[:, 0] - rates[:, 1])
+        own, inverse = limits[:, :, i], inverse_of(rates[:, 0] - rates[:, 1], SOON)
         change = scales * (forces[:, 0] - forces[:, 1])
         change[:, place] = np.diag(own.sum(axis=1))
         slopes[:, place] = (inverse @ change).T
