@@ -29,9 +29,9 @@ EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 UNTOLD = 2.0**-50
 """Changes of accelerations that are rounding, beside their sum: friction may be a small part of it."""
-DIRECTIONS, SEVERAL = 2.0**-45, 8.0
-"""What rounding errors of directions change accelerations by, beside those by friction and for vectors as
-large as velocities, if iterations do not end; and how many of the last changes are left in a coefficient."""
+SETTLED, SEVERAL = 2.0**-40, 8.0
+"""Changes that iterations leave, as part of accelerations, if these are settled up to rounding; how many
+last changes a last coefficient may be."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
 COARSE, KNOWN = 2.0**-1, 2.0**5
@@ -139,8 +139,7 @@ class Onset(Choosing):
         modes: they are ``sliding``. Returns further ones, where forces exceed their limits on this way; None
         where polynomials of that length do not describe the motion."""
         own = self.machine.program.degrees
-        by_friction = [held.friction[j].usual for j in sliding if j in held.friction]
-        usual = max(by_friction, default=0.0)
+        usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
         self.modes[[*sliding]] = [*sliding.values()]
         origin, gauss_rule = self.memory.copy(), rule()
         parts = self.machine.program.parts
@@ -182,10 +181,8 @@ class Onset(Choosing):
             exact = max(EXACT * usual, UNTOLD * sum_of_all) if parts == 1 else EXACT * sum_of_all
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
-        else:  # directions of vectors that are small beside velocities have fewer digits
-            by_size = sum(one / float(size) for one, size in zip(by_friction, sizes) if size)
-            exact = max(exact, DIRECTIONS * by_size * float(np.max(np.abs(speeds[-1]))))
-            if not np.max(np.abs(change)) <= exact:
+        else:  # what iterations leave is rounding, such as of directions of slow vectors beside fast ones
+            if not np.max(np.abs(change)) <= SETTLED * sum_of_all:
                 return None
         exact = max(exact, SEVERAL * float(np.max(np.abs(change))))
         speeds, places = length * (once @ found), length**2 * (twice @ found)
