@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import root
+from scipy.optimize import minimize, root
 
 from lagrange_cli.integrate.guards.choice import Choice, places_of
 
@@ -20,7 +20,11 @@ def drawn(source: np.random.Generator, parts: list[int]) -> tuple[Array, Array, 
     width = sum(parts)
     factor = source.normal(size=(width, width + 1))
     wide = source.uniform(0.5, 4.0)
-    return factor @ factor.T, wide * source.normal(size=width), source.uniform(0.3, 2.0, len(parts))
+    return (
+        factor @ factor.T + 0.1 * np.eye(width),
+        wide * source.normal(size=width),
+        source.uniform(0.3, 2.0, len(parts)),
+    )
 
 
 def chosen(parts: list[int], K: Array, r: Array, D: Array) -> Array | None:
@@ -54,15 +58,19 @@ def searched(parts: list[int], K: Array, r: Array, D: Array) -> Array:
             along = [x[one] / np.linalg.norm(x[one]) * d for one, d in zip(places_of(some), D)]
             return r[rows] - K[np.ix_(rows, rows)] @ x - np.concatenate([np.zeros(0), *along])
 
+        def least(
+            x: Array, rows: NDArray[np.intp] = rows, some: list[int] = some, D: Array = limits
+        ) -> float:
+            sizes = [np.linalg.norm(x[one]) * d for one, d in zip(places_of(some), D)]
+            return float(x @ K[np.ix_(rows, rows)] @ x / 2 - r[rows] @ x + sum(sizes))
+
         x = np.zeros(len(r))
         if len(rows):
-            for start in (np.linalg.solve(K, r)[rows], r[rows]):
-                solved = root(off, start, tol=1e-13)
-                if np.max(np.abs(solved.fun)) < 1e-9:
-                    x[rows] = solved.x
-                    break
-            else:
+            near = minimize(least, np.linalg.solve(K, r)[rows], method="BFGS", options={"gtol": 1e-6})
+            solved = root(off, near.x, tol=1e-13)
+            if np.max(np.abs(solved.fun)) > 1e-9:
                 continue
+            x[rows] = solved.x
         if satisfied(parts, K, r, D, x):
             found.append(x)
     assert found
