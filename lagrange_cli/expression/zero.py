@@ -38,6 +38,8 @@ POINTS = 2
 one."""
 MOST_WORK = 2_000_000
 """Steps that proving zeros may take at once; what would take more is not proven."""
+ROUNDED = 2.0**-36
+"""What eliminations leave of rounded numbers, beside these, at most."""
 STEPS, STEPS_OF_FUNCTION = 5, 30
 """Steps of an operation with 200 digits; they grow with the number of digits."""
 COMMON = 1e3
@@ -134,7 +136,7 @@ def is_rounding(node: Node, beside: Node) -> bool:
     symbols = [one.data for one in reachable([node, beside]) if one.kind is Kind.SYMBOL]
     for _ in range(POINTS):
         values, sizes = evaluate([node, beside], {name: source.uniform(-RANGE, RANGE) for name in symbols})
-        found = abs(values[node]) <= Reals.rounding * sizes[beside] < math.inf
+        found = abs(values[node]) <= ROUNDED * sizes[beside] < math.inf
         if not found:
             break
     return found
