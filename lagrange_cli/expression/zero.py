@@ -38,6 +38,8 @@ POINTS = 2
 one."""
 MOST_WORK = 2_000_000
 """Steps that proving zeros may take at once; what would take more is not proven."""
+ROUNDED = 2.0**-36
+"""What eliminations leave of rounded numbers, beside these, at most."""
 STEPS, STEPS_OF_FUNCTION = 5, 30
 """Steps of an operation with 200 digits; they grow with the number of digits."""
 COMMON = 1e3
@@ -123,6 +125,21 @@ class Branches:
 def is_zero(node: Node) -> bool:
     """Whether an expression without ``ddt`` is proven to be 0 (see the module's first lines)."""
     return node in zeros([node])
+
+
+def is_rounding(node: Node, beside: Node) -> bool:
+    """Whether an expression is 0, or as small ``beside`` another one as rounded numbers in the file make it:
+    (0.3*v)**2 - 0.09*v**2 is not 0 to all digits."""
+    if is_zero(node):
+        return True
+    source, found = random.Random(0), False
+    symbols = [one.data for one in reachable([node, beside]) if one.kind is Kind.SYMBOL]
+    for _ in range(POINTS):
+        values, sizes = evaluate([node, beside], {name: source.uniform(-RANGE, RANGE) for name in symbols})
+        found = abs(values[node]) <= ROUNDED * sizes[beside] < math.inf
+        if not found:
+            break
+    return found
 
 
 def branching(node: Node) -> Sequence[Node]:

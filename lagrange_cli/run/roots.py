@@ -14,14 +14,14 @@ from lagrange_cli.errors import SpecError
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.borders import Border
-    from lagrange_cli.mechanics.switching.roots import Root
+    from lagrange_cli.mechanics.guards.roots import Root
     from lagrange_cli.spec.spec import Expression, Spec
 
 
 def without_series(spec: Spec, known: Mapping[str, float]) -> SpecError | None:
     """What is said of a root in the file whose argument is 0 with these values of all symbols, so that a
     force has no series; None if there is none."""
-    from lagrange_cli.mechanics.switching.roots import root_in_forces
+    from lagrange_cli.mechanics.guards.roots import root_in_forces
     from lagrange_cli.run.jumps import symbolic
 
     found = [*at_ends(spec, known)]

@@ -5,7 +5,8 @@ rounding."""
 
 from __future__ import annotations
 
-from lagrange_cli.integrate.guards.onset import SOON, Onset
+from lagrange_cli.integrate.guards.onset import Onset
+from lagrange_cli.integrate.guards.resting import SOON
 from lagrange_cli.native.guards import SMALLEST
 
 APART, LARGER = 2.0**-40, 2.0**4

@@ -8,26 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence
-from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.guards.apart import Newton, Stage, unit_slopes
+from lagrange_cli.integrate.guards.apart import Newton, Stage
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.collocation import STAGES, rule
-from lagrange_cli.integrate.guards.leading import Leading
-from lagrange_cli.integrate.guards.slopes import LinearSlopes, inverse_of
+from lagrange_cli.integrate.guards.resting import Choosing, Friction, Resting, unit
 from lagrange_cli.native.guards import HELD
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from lagrange_cli.integrate.arrays import Array
 
-SOON = 2.0**-30
-"""A velocity that becomes 0 within this fraction of the time is set to 0."""
 ROUNDS, TURNS = 12, 3
 """Iterations of Newton's method, at most; and of directions before it."""
 EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
@@ -35,6 +29,9 @@ EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 UNTOLD = 2.0**-50
 """Changes of accelerations that are rounding, beside their sum: friction may be a small part of it."""
+SETTLED, SEVERAL = 2.0**-40, 8.0
+"""Changes that iterations leave, as part of accelerations, if these are settled up to rounding; how many
+last changes a last coefficient may be."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
 COARSE, KNOWN = 2.0**-1, 2.0**5
@@ -42,26 +39,31 @@ COARSE, KNOWN = 2.0**-1, 2.0**5
 
 
 @dataclass(frozen=True)
-class Friction:
-    """Friction along a vector where that is 0: the ``slopes`` of its parts by velocities (parts, velocities),
-    the ``velocities`` that friction gives it, for each part that then is 1 (velocities, parts); how large
-    accelerations by friction are, ``usual``, and the ``rate`` of the vector by it."""
-
-    slopes: Array
-    velocities: Array
-    usual: float
-    rate: float
-
-
-@dataclass(frozen=True)
 class Held:
     """The motion while vectors are held: the series of its ``accelerations`` (velocities, coefficients), of
     the ``forces`` that hold the vectors (parts, coefficients), and what ``friction`` does to them. Friction
-    may soon turn vectors that slide already: no more than the present accelerations count of these."""
+    may soon turn vectors that slide already: no more than the present accelerations count of these. What is
+    held may depend on the rest of it (``resting``)."""
 
     accelerations: Array
     forces: Mapping[int, Array]
     friction: dict[int, Friction]
+    resting: Resting | None
+
+    def sliding(self, t: float) -> dict[int, float]:
+        """The guards that slide after a time, if nothing has until then, with their modes."""
+        found = {} if self.resting is None else self.resting.sliding(t)
+        return {j: 1.0 if j in self.forces else float(one[0]) for j, one in found.items()}
+
+    def directions(self, t: float, sliding: Iterable[int]) -> dict[int, Array]:
+        """Those of vectors that slide then: where forces do not depend on one another, of these."""
+        found = {} if self.resting is None else self.resting.sliding(t)
+        powers = t ** np.arange(self.accelerations.shape[1])
+        return {
+            j: found[j] if j in found else unit(self.forces[j] @ powers)
+            for j in sliding
+            if j in self.friction
+        }
 
     @property
     def scale(self) -> float:
@@ -84,91 +86,11 @@ class Way:
     rates: Array
 
 
-class Onset(Leading):
+class Onset(Choosing):
     """Motions that begin to slide."""
 
     onset: Way | None = None
     """How sliding has begun last, until this is forgotten."""
-
-    @property
-    def _own(self) -> slice[int, int, None]:
-        """The velocities, without those of auxiliary coordinates."""
-        first = self._layout.v.start
-        return slice(first, first + self.machine.program.degrees)
-
-    @property
-    def _tiny(self) -> float:
-        """A velocity that is small beside those of the motion."""
-        return SOON * (float(np.max(np.abs(self.memory[self._own]))) or self.span)
-
-    def _parts(self, *vectors: int) -> Array:
-        """The parts of vectors, one after the other."""
-        self._series()
-        guards = [self._rows.guards[j] for j in vectors]
-        return np.concatenate(
-            [self._coefficients_of(one.beside, one.beside + one.parts)[:, 0] for one in guards]
-        )
-
-    def _first_parts(self, vectors: Sequence[int]) -> NDArray[np.intp]:
-        """Where each of these vectors begins among their parts."""
-        return np.cumsum([0, *(self._rows.guards[j].parts for j in vectors[:-1])], dtype=np.intp)
-
-    @cached_property
-    def _apart(self) -> bool:
-        """Whether all vectors are held apart from one another."""
-        guards = [self._rows.guards[j] for j in self._rows.vectors]
-        return bool(guards) and all(one.alone for one in guards)
-
-    def _slopes_of_parts(self, *vectors: int) -> Array:
-        """Their derivatives by velocities (parts, velocities); they are linear in these."""
-        if self._apart:
-            pivots = [self._rows.guards[j].pivots for j in vectors]
-            return unit_slopes(pivots, self.machine.program.degrees)
-        every = self._rows.vectors
-        slopes = self._linear_slopes.at(partial(self._changed_parts, every))
-        firsts = dict(zip(every, self._first_parts(every)))
-        return np.concatenate([slopes[firsts[j] :][: self._rows.guards[j].parts] for j in vectors])
-
-    @cached_property
-    def _linear_slopes(self) -> LinearSlopes:
-        """What the slopes of parts follow from."""
-        return LinearSlopes(self.machine.program.degrees)
-
-    def _changed_parts(self, vectors: Sequence[int], speeds: Array) -> Array:
-        """The parts of vectors with changed velocities."""
-        memory = self.memory.copy()
-        self.memory[self._own] += speeds
-        parts = self._parts(*vectors)
-        self.memory[:] = memory
-        return parts
-
-    def _rates_at(self, t: float, places: Array, speeds: Array) -> Array:
-        """The rates of all rows but q after a time, in which coordinates and velocities change by so much
-        more than in uniform motion. That state stays in the memory."""
-        layout = self._layout
-        self._move(t, np.zeros(layout.rates.stop - layout.rates.start))
-        self._add(slice(layout.q.start, layout.q.start + len(places)), places)
-        self._add(self._own, speeds)
-        self._series()
-        return self._rates_of_rows()
-
-    def _friction(self, j: int) -> Friction:
-        """What friction does to a vector that is held."""
-        memory, slopes, changes = self.memory.copy(), self._slopes_of_parts(j), []
-        still, inverse = np.zeros(self.machine.program.degrees), inverse_of(slopes)
-        for nudge in (self._tiny * inverse).T:
-            sides = []
-            for speeds in (nudge, -nudge):
-                self.modes[j] = 1.0
-                sides.append(self._rates_at(0.0, still, speeds)[: len(still)])
-                self.memory[:] = memory
-            changes.append((sides[0] - sides[1]) / 2.0)
-        given = np.array(changes).T
-        rates = slopes @ given
-        if not np.all(np.isfinite(given)) or not np.any(rates):
-            return Friction(slopes, inverse, 0.0, 0.0)
-        sizes = (float(np.max(np.abs(one))) for one in (given, rates))
-        return Friction(slopes, given @ inverse_of(rates), *sizes)
 
     def held(self, vectors: Iterable[int], sliding: Iterable[int]) -> Held:
         """The motion from here on if nothing slides; what friction does is found of all, or where they are
@@ -182,7 +104,8 @@ class Onset(Leading):
         known = (j for j in sliding if j in forces) if self._apart else forces
         for j in self._others(forces):
             accelerations[[*self._rows.guards[j].pivots], 1:] = 0.0
-        return Held(accelerations, forces, {j: self._friction(j) for j in known})
+        friction = {j: self._friction(j) for j in known}
+        return Held(accelerations, forces, friction, self._resting(friction))
 
     def _others(self, vectors: Container[int]) -> list[int]:
         """The vectors that slide, without some."""
@@ -197,7 +120,7 @@ class Onset(Leading):
         usual = held.accelerations @ powers
         places = held.accelerations @ (powers * t**2 / ((orders + 1) * (orders + 2)))
         speeds = held.accelerations @ (powers * t / (orders + 1))
-        along = {j: unit(held.forces[j] @ powers) for j in sliding if j in held.friction}
+        along = held.directions(t, sliding)
         found = usual
         for _ in range(TURNS):
             nudges = [held.friction[j].velocities @ one for j, one in along.items()]
@@ -258,8 +181,10 @@ class Onset(Leading):
             exact = max(EXACT * usual, UNTOLD * sum_of_all) if parts == 1 else EXACT * sum_of_all
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
-        else:
-            return None
+        else:  # what iterations leave is rounding, such as of directions of slow vectors beside fast ones
+            if not np.max(np.abs(change)) <= SETTLED * sum_of_all:
+                return None
+        exact = max(exact, SEVERAL * float(np.max(np.abs(change))))
         speeds, places = length * (once @ found), length**2 * (twice @ found)
         highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
         if highest[0] > exact and highest[1] > rounded:
@@ -312,6 +237,14 @@ class Onset(Leading):
         found = zip(held, self._multipliers(held).tolist())
         return {j: 1.0 if size > 0.0 else -1.0 for j, size in found if not abs(size) <= HELD}
 
+    def _exceeds(self, j: int, t: float) -> bool:
+        """Whether the force that holds a vector, which is as large as its limit, exceeds it after a time."""
+        self._series()
+        limit = self._rows.guards[j].limit
+        rows = self._coefficients_of(limit, limit + 2)
+        above, below = (rows @ t ** np.arange(rows.shape[1])).tolist()
+        return not below >= (1.0 - HELD) / 2.0 * (above + below)
+
     def _go_on(self, vectors: Sequence[int], begins: Array) -> bool:
         """Whether none of the vectors, whose parts were ``begins``, has turned round: friction would."""
         if not vectors:
@@ -323,9 +256,3 @@ class Onset(Leading):
         """Whether arguments have the signs of their modes."""
         arguments = self.coefficients_between(self._rows.first, self._rows.first + self._rows.count)[:, 0]
         return bool(np.all(arguments * self.modes[: len(arguments)] >= 0.0))
-
-
-def unit(vector: Array) -> Array:
-    """Its direction."""
-    found: Array = vector / (float(np.linalg.norm(vector)) or 1.0)
-    return found

@@ -15,8 +15,8 @@ import numpy as np
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.leading import few_or_all
 from lagrange_cli.integrate.guards.modes import ROUNDING
-from lagrange_cli.integrate.guards.onset import SOON
 from lagrange_cli.integrate.guards.pivoting import Pivoting, dip
+from lagrange_cli.integrate.guards.resting import SOON
 from lagrange_cli.integrate.guards.sliding import Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop

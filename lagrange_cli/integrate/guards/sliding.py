@@ -3,7 +3,7 @@ slides on in the direction in which it is pushed; where what holds it reaches it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.drag import Drag
 from lagrange_cli.integrate.guards.modes import ROUNDING
-from lagrange_cli.integrate.guards.onset import SOON
+from lagrange_cli.integrate.guards.resting import SOON
 from lagrange_cli.integrate.guards.slopes import inverse_of
 from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import Clock
@@ -99,7 +99,7 @@ class Sliding(Drag):
         self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
         loose = {j: 1.0} if reached else {}
         loose |= {k: 1.0 for k in beyond if k in vectors}
-        found = not loose or self._slide(loose)
+        found = not loose or self._slide(loose, beyond)
         if not found:
             self.memory[:] = before
         self.prepare()
@@ -215,16 +215,21 @@ class Sliding(Drag):
                 return
             self._take_away(change, exactly=value == 0.0)
 
-    def _slide(self, loose: dict[int, float]) -> bool:
-        """Begin to slide where the forces of some guards exceed their limits, with those that would exceed
-        theirs otherwise: a little way."""
+    def _slide(self, loose: dict[int, float], beyond: Container[int]) -> bool:
+        """Begin to slide where the forces of some guards are ``beyond`` their limits, or have reached them, a
+        little way: with all that slides then (see ``choice``), or at least what nothing holds."""
+        self._hold_all()
         origin = self.memory.copy()
         held = self.held([j for j in self.vectors() if self.modes[j] == 0.0], loose)
         now, drag = float(origin[self._layout.time]), [j for j in self.dragged() if self.modes[j] == 0.0]
         which = self.machine.program.parts - 1
         length = LONGEST[which] * min(held.scale, self.span)
+        loose = {j: mode for j, mode in loose.items() if j in beyond or self._exceeds(j, length)}
+        if not loose:
+            return True
         while length >= LEAST[which] * max(abs(now), self.span):
-            sliding, more = loose | dict.fromkeys(drag, 1.0), loose
+            more = held.sliding(length) or loose
+            sliding = more | dict.fromkeys(drag, 1.0)
             while more:
                 self.memory[:] = origin
                 held.friction.update(

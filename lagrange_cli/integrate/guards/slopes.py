@@ -84,7 +84,7 @@ def connected(depends: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     return [np.flatnonzero(labels == one) for one in np.unique(labels[either.any(axis=1)])]
 
 
-def inverse_of(matrix: Array) -> Array:
-    """The pseudoinverse of a matrix."""
-    found: Array = np.linalg.pinv(matrix).astype(np.float64)
+def inverse_of(matrix: Array, least: float = 1e-15) -> Array:
+    """The pseudoinverse of a matrix: singular values that are a smaller part of the largest one are 0."""
+    found: Array = np.linalg.pinv(matrix, least).astype(np.float64)
     return found

@@ -14,7 +14,7 @@ from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
-from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.expression.zero import is_rounding, is_zero
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
@@ -100,7 +100,7 @@ def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ..
     if any(one.kind is Kind.DDT for one in reachable([by_parts])):
         return None
     at_rest = dict.fromkeys(symbols, graph.zero)
-    if not is_zero(substituted(graph, [by_parts], at_rest)[0]):
+    if not is_rounding(substituted(graph, [by_parts], at_rest)[0], slope):
         return None
     slopes = [graph.diff(by_parts, u) for u in symbols]
     return plain, substituted(graph, slopes, at_rest)

@@ -11,7 +11,7 @@ from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
-from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.expression.zero import is_rounding, is_zero
 from lagrange_cli.records import dataclass
 
 
@@ -43,7 +43,7 @@ def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector 
     rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
     for v in velocities:
         first = graph.diff(rest, v) if rest.symbols & v.symbols else graph.zero
-        if first.is_zero or is_zero(first):
+        if first.is_zero or is_rounding(first, graph.diff(square, v)):
             continue
         weight = graph.diff(first, v) / 2.0
         if weight.symbols & speeds or is_zero(weight):
@@ -55,6 +55,6 @@ def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector 
         weights.append(weight)
         parts.append(part)
         pivots.append(v)
-    if len(parts) < 2 or not is_zero(rest):
+    if len(parts) < 2 or not is_rounding(rest, square):
         return None
     return Vector(square, tuple(weights), tuple(parts), tuple(pivots))

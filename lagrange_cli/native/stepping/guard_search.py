@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-from lagrange_cli.native.guards import AT_REST, SMALLEST, GuardRows, Role
+from lagrange_cli.native.guards import AT_REST, HELD, SMALLEST, GuardRows, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -302,4 +302,14 @@ class GuardSearch:
             both = f.load(above, self.lengths.term) + f.load(below, self.lengths.term)
             side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
             for row in (above, below):
-                look(row, f.constant(0.0), side, seen, j)
+                look(row, self._allowance(f, j, row, both), side, seen, j)
+
+    def _allowance(self, f: Function, j: Integer, row: Pointer, both: Real) -> Real:
+        """By how much the squares of a force may exceed those of its limit, which add up to ``both``: if they
+        are equal at the beginning, rounding does not decide."""
+        nothing = f.constant(0.0)
+        if not sliding(self.rows):
+            return nothing
+        most = f.magnitude(both) * (HELD - 1.0)
+        at_limit = f.magnitude(f.load(row, self.lengths.term)) <= most
+        return f.select(at_limit & ~f.load_integer("@guard_vectors", j).equals(0), most, nothing)

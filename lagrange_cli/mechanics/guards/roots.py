@@ -8,6 +8,7 @@ import numpy as np
 
 from lagrange_cli.expression.arrays import evaluate
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, union
+from lagrange_cli.mechanics.guards.vectors import held
 from lagrange_cli.mechanics.switching.jumps import switching
 from lagrange_cli.mechanics.switching.lengths import completed
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
@@ -34,9 +35,11 @@ def root_in_forces(model: Model[Node], known: Mapping[str, float]) -> Root | Non
     for base, exponent in roots(nodes, values):
         if not base.symbols & moving:
             continue
-        divided = exponent < 0.0
-        if not divided and (switching([base]) or completed(graph, base, model.v) is not None):
+        divided, vector = exponent < 0.0, completed(graph, base, model.v)
+        if not divided and (switching([base]) or vector is not None):
             continue  # the motion passes: see ``mechanics.guards``
+        if divided and vector is not None and all(held(graph, one, vector) is not None for one in nodes):
+            continue  # friction holds it there
         slopes = [*graph.gradient(base, numbered([*model.q, *model.v, model.time])).values()]
         passes = any(np.any(one) for one in evaluate(slopes, known))
         if divided:
