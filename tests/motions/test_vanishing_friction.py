@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 
+import lagrange_cli as lagrange
 from lagrange_cli.integrate.ending import Ending
 from tests.support.draws import examples
 from tests.support.motion import Motion, follow
@@ -118,3 +120,52 @@ generalized_forces: {x: 1 - friction, y: friction}
     slip = slips**2 / 2 - 2 * slips**3 / 3
     assert motion["q/x"] + motion["q/y"] == pytest.approx(motion.t**2 / 2, abs=1e-14)
     assert motion["q/x"] - motion["q/y"] == pytest.approx(slip, abs=1e-14)
+
+
+CHAIN = """
+sizes: {{N: {count}}}
+parameters: {{k: 30, F: 2}}
+coordinates: {{"x[i in range(N)]": {{initial: 0}}}}
+masses: {{"block[i in range(N)]": 1}}
+positions: {{"block[i in range(N)]": "x[i]"}}
+potential: sum(k*(x[i] - x[i - 1])**2/2 for i in range(1, N))
+generalized_forces:
+  x[i in range(N)]: where(i == 0, 3*sin(t), 0) - where(t < 1.3, F, 0)*sign(x_dot[i])
+"""
+
+
+def pushed_chain(count: int, times: np.ndarray) -> np.ndarray:
+    """Its places (times, blocks): the first block is pushed beyond friction at sin t = 2/3, and is the only
+    one that moves until 1.3; from then on there is no friction. By matrix exponentials, with sin t, cos t and
+    1 as further components of the state."""
+    matrix = np.zeros((2 * count + 3, 2 * count + 3))
+    matrix[:count, count : 2 * count] = np.eye(count)
+    stiffness = 30 * (2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1))
+    stiffness[0, 0] = stiffness[-1, -1] = 30
+    matrix[count : 2 * count, :count] = -stiffness
+    matrix[count, 2 * count] = 3
+    matrix[2 * count, 2 * count + 1], matrix[2 * count + 1, 2 * count] = 1, -1
+    alone = matrix.copy()
+    alone[1:count] = alone[count + 1 : 2 * count] = 0
+    alone[count, -1] = -2
+    begins = np.arcsin(2 / 3)
+    first = np.array([*[0.0] * 2 * count, np.sin(begins), np.cos(begins), 1.0])
+    later = expm(alone * (1.3 - begins)) @ first
+    found = []
+    for t in times:
+        state = expm(matrix * (t - 1.3)) @ later if t > 1.3 else expm(alone * max(0, t - begins)) @ first
+        found.append(state[:count])
+    return np.array(found)
+
+
+@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.parametrize("method", TOLERANCES)
+@pytest.mark.parametrize("count", [2, 6, 8, 20])
+def test_a_chain_that_is_released_at_rest_is_set_in_motion_from_one_end(count: int, method: str) -> None:
+    """Most blocks begin with many derivatives that are 0. Where there is no friction, no sign matters."""
+    motion = lagrange.solve(
+        CHAIN.format(count=count), stop=4, samples=21, method=method, tolerance=TOLERANCES[method]
+    )
+    assert motion.status == "complete"
+    assert motion.q["x"] == pytest.approx(pushed_chain(count, motion.t), abs=1e-8)
+    assert motion.attributes["steps"] <= 2000

@@ -24,8 +24,9 @@ NOTHING = 2.0**-50
 """A coefficient that is this small beside the others is rounding, where the argument begins at 0."""
 NOISE = 2.0**-40
 """The same of coefficients that are computed from values of the argument."""
-FINEST = 2.0**-48
-"""Pieces of a step are not made smaller than this part of it."""
+FINEST, COARSE, MOST = 2.0**-48, 2.0**-10, 4096
+"""Pieces of a step are not made smaller than this part of it; and after so many, no smaller than the second
+one: where that many hold no root, the argument is nothing but rounding errors."""
 CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
 """A series has converged where its last terms are this part of the sum of all; else less of the step is
 examined, so much less, so often."""
@@ -255,8 +256,10 @@ class Roots:
         """Give the first root of ``p`` in [0, 1], times ``h``; corrected by what ``whole``, a power of s
         times ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
         one, b = f.constant(1.0), f.place(whole, 2 * LANES * self.vectors)
-        a, w = f.variable(f.constant(0.0)), f.variable(one)
+        a, w, tried = f.variable(f.constant(0.0)), f.variable(one), f.variable(f.count(0))
         with f.forever() as pieces:
+            finest = f.select(tried.get() < MOST, f.constant(FINEST), f.constant(COARSE))
+            tried.set(tried.get() + 1)
             changes, least = f.parts((Integer, Real), "bernstein", p, b, a.get(), w.get())
             end = a.get() + w.get()
 
@@ -270,13 +273,13 @@ class Roots:
             with f.when(~(least < 0.0)):
                 pass_by()
             there = f.call(Real, "value_at", p, end)
-            with f.when((there < 0.0) & (changes.equals(1) | (w.get() <= FINEST))):
+            with f.when((there < 0.0) & (changes.equals(1) | (w.get() <= finest))):
                 begins = f.load(b)
                 along = begins / (begins - there)
                 guess = a.get() + w.get() * f.select((along > 0.0) & (along < 1.0), along, f.constant(0.5))
                 root = self._refined(f, p, (a.get(), guess, end))
                 f.give(f.larger(self._corrected(f, whole, root), f.constant(0.0)) * h)
-            with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
+            with f.when(w.get() <= finest):  # it touches 0, as far as doubles can tell
                 pass_by()
             w.set(w.get() * 0.5)
             pieces.go_on()
