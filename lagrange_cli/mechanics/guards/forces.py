@@ -26,7 +26,7 @@ def by_forces(
     modes: Modes, rows: Sequence[Node], quadratures: Sequence[Node]
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """``rows`` and ``quadratures`` with forces in place of multipliers of switches, where multipliers of
-    constraints are their factors, or something that may become 0."""
+    constraints are their factors; and of friction, where something is that may become 0."""
     bound = union(_reactions(modes))
     changing = modes.moving | union(guard.mode for guard in modes.guards.values())
     graph, nodes = modes.graph, [*rows, *quadratures]
@@ -43,7 +43,9 @@ def by_forces(
         held = {i: _where_held(graph, one, guard.mode) for i, one in slopes.items() if not one.is_zero}
         if any(one.symbols & bound for one in held.values()):
             shares = _shares(modes, held)
-        elif guard.vector is not None or any(one.symbols & changing for one in held.values()):
+        elif guard.vector is not None or (
+            guard.reverses and any(one.symbols & changing for one in held.values())
+        ):
             shares = _common(graph, [*held], [*held.values()])
         else:
             continue

@@ -185,11 +185,12 @@ class GuardSearch:
         with self._suspects(f, reach) as j:
             if self.actions.any:
                 self.sides.decide(f, j)
-            mark, mode = (f.load("%state", j + one(layout)) for one in (rows.fresh, rows.mode))
-            fresh, felt = mark > 0.0, self._is_felt(f, j) | mode.equals(0.0)
-            with f.when((mark > SMALLEST) & felt):  # what counts as rounding depends on how far one looks
+            mark = f.load("%state", j + rows.fresh(layout))
+            fresh = mark > 0.0
+            with f.when(mark > SMALLEST):  # what counts as rounding depends on how far one looks
                 reach.set(f.smaller(reach.get(), mark * WIDER / Real(f, "%unit")))
-            with f.when(~mode.equals(0.0) & felt & self._has_roots(f, j)):
+            mode = f.load("%state", j + rows.mode(layout))
+            with f.when(~mode.equals(0.0) & self._has_roots(f, j)):
                 row = f.load_integer("@guard_rows", j)
                 look(self.lengths.place(f, row), f.constant(0.0), mode, fresh, j)
                 if self._rooted:
@@ -215,19 +216,6 @@ class GuardSearch:
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
         return f
-
-    def _is_felt(self, f: Function, j: Integer) -> Bit:
-        """Whether there is a force with the sign of a guard's argument, which may be large enough to hold the
-        motion: not where its limit is 0 throughout the step. Then the sign does not matter; where the limit
-        is another one, a wrong sign is a root at once."""
-        if not any(one.limit for one in self.rows.guards):
-            return Bit(f, "true")
-        limit, total = f.load_integer("@guard_limits", j), f.variable(f.constant(0.0))
-        above, below = (self.lengths.place(f, limit + k) for k in (0, 1))
-        with f.loop(1, self.lengths.order, tested=False) as m:
-            one, other = (f.load(row, m * self.lengths.term) for row in (above, below))
-            total.set(total.get() + f.magnitude(one + other))
-        return limit.equals(0) | ~total.get().equals(0.0)
 
     def _has_roots(self, f: Function, j: Integer) -> Bit:
         """Whether a guard's argument is looked at for roots: the lengths of vectors that friction acts along
