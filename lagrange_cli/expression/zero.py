@@ -38,7 +38,7 @@ POINTS = 2
 one."""
 MOST_WORK = 2_000_000
 """Steps that proving zeros may take at once; what would take more is not proven."""
-ROUNDED = 2.0**-36
+ROUNDED = 2.0**-44
 """What eliminations leave of rounded numbers, beside these, at most."""
 STEPS, STEPS_OF_FUNCTION = 5, 30
 """Steps of an operation with 200 digits; they grow with the number of digits."""

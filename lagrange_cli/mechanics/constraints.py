@@ -106,7 +106,8 @@ class Constraints(OfModel):
 
     @property
     def equations(self) -> tuple[Node, ...]:
-        """-d2f_i/dt2 and -dg_j/dt, which have to be 0; with this sign the matrix is symmetric."""
+        """-d2f_i/dt2 and -dg_j/dt, which have to be 0; with this sign the matrix is symmetric. Less s n_i
+        (n . lambda) for each tie, which is 0 then, too."""
         found = map(self._equation, self.model.constraints)
         ties = [self.graph.sum([(factor * one, 1.0) for one, factor in row.items()]) for row in self._ties]
         return tuple(row - tie for row, tie in zip(found, ties)) if self.model.ties else tuple(found)
@@ -114,10 +115,8 @@ class Constraints(OfModel):
     @cached_property
     def _ties(self) -> tuple[dict[Node, Node], ...]:
         """For each constraint, what multipliers add to its equation because of the model's ties."""
-        numbers, found = (
-            numbered(self.multipliers),
-            tuple[dict[Node, Node], ...]({} for _ in self.model.constraints),
-        )
+        numbers = numbered(self.multipliers)
+        found = tuple[dict[Node, Node], ...]({} for _ in self.model.constraints)
         for tie in self.model.ties:
             for one, factor in tie.factors:
                 row = found[numbers[one]]

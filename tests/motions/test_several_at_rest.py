@@ -186,3 +186,19 @@ def test_limits_by_forces_of_constraint(low: float, up: float, pull: float, sign
     for names, rate in zip(("xy", "ab"), rates):
         for name, part in zip(names, (0.6, 0.8)):
             assert motion.v[name][-1] == pytest.approx(part * rate, abs=1e-12)
+
+
+@pytest.mark.parametrize("belt", [0, 0.5])
+def test_a_small_term_under_the_root_lets_a_body_creep(belt: float) -> None:
+    """Friction 2 u/sqrt(u^2 + e^2) balances a force of 1 at u = e/sqrt(3): e^2 = 1e-12 is not rounding."""
+    text = f"""
+coordinates: {{x: {{initial: 0, velocity: {belt}}}, y: {{initial: 0}}}}
+masses: {{puck: 1}}
+positions: {{puck: [x, y]}}
+potential: 0
+definitions: {{u: "(0.3*x_dot - {0.3 * belt}, 0.3*y_dot)"}}
+forces: {{puck: "(0.6, 0.8) - 2*u/sqrt(dot(u, u) + 1e-12)"}}
+"""
+    motion = lagrange.solve(text, stop=1e-4, samples=3)
+    slip = np.hypot(motion.v["x"][-1] - belt, motion.v["y"][-1])
+    assert slip == pytest.approx(1e-6 / 0.3 / np.sqrt(3), rel=1e-6)

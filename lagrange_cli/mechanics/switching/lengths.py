@@ -12,6 +12,7 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
 from lagrange_cli.expression.zero import is_rounding, is_zero
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 
 
@@ -55,6 +56,9 @@ def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector 
         weights.append(weight)
         parts.append(part)
         pivots.append(v)
-    if len(parts) < 2 or not is_rounding(rest, square):
+    if len(parts) < 2 or not (is_zero(rest) or (rest.symbols & speeds and is_rounding(rest, square))):
+        return None  # what is left without velocities is no rounding: u^2 + 1e-12 is never 0
+    at_rest = substituted(graph, [rest, square], dict.fromkeys(velocities, graph.zero))
+    if not is_rounding(*at_rest):
         return None
     return Vector(square, tuple(weights), tuple(parts), tuple(pivots))
