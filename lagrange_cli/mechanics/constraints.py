@@ -106,23 +106,8 @@ class Constraints(OfModel):
 
     @property
     def equations(self) -> tuple[Node, ...]:
-        """-d2f_i/dt2 and -dg_j/dt, which have to be 0; with this sign the matrix is symmetric. Less s n_i
-        (n . lambda) for each tie, which is 0 then, too."""
-        found = map(self._equation, self.model.constraints)
-        ties = [self.graph.sum([(factor * one, 1.0) for one, factor in row.items()]) for row in self._ties]
-        return tuple(row - tie for row, tie in zip(found, ties)) if self.model.ties else tuple(found)
-
-    @cached_property
-    def _ties(self) -> tuple[dict[Node, Node], ...]:
-        """For each constraint, what multipliers add to its equation because of the model's ties."""
-        numbers = numbered(self.multipliers)
-        found = tuple[dict[Node, Node], ...]({} for _ in self.model.constraints)
-        for tie in self.model.ties:
-            for one, factor in tie.factors:
-                row = found[numbers[one]]
-                for other, weight in tie.factors:
-                    row[other] = row.get(other, self.graph.zero) + tie.scale * factor * weight
-        return found
+        """-d2f_i/dt2 and -dg_j/dt, which have to be 0; with this sign the matrix is symmetric."""
+        return tuple(map(self._equation, self.model.constraints))
 
     def _equation(self, one: Constraint[Node]) -> Node:
         graph, moving = self.graph, self._moving
@@ -159,9 +144,8 @@ class Constraints(OfModel):
         return tuple(map(graph.sum, terms))
 
     def bordered(self, matrix: Matrix, applied: Sequence[Node]) -> Matrix:
-        """The matrix of the equations with multipliers, [[M, -A^T - dQ/dlambda], [-A, -s n n^T]], from the
-        mass matrix M and the ``applied`` forces Q (empty where these contain no multipliers), with the n of
-        the model's ties."""
+        """The matrix of the equations with multipliers, [[M, -A^T - dQ/dlambda], [-A, 0]], from the
+        mass matrix M and the ``applied`` forces Q (empty where these contain no multipliers)."""
         graph, size = self.graph, len(self.model.q)
         if not self.slopes:
             return matrix
@@ -176,6 +160,4 @@ class Constraints(OfModel):
         for row, force in zip(upper, applied):
             for i, push in graph.gradient(force, multipliers).items():
                 row[size + i] = row.get(size + i, graph.zero) - push
-        for row, ties in zip(lower, self._ties):
-            row.update((size + multipliers[one], -factor) for one, factor in ties.items())
         return tuple(Row(row, size + len(lower), graph.zero) for row in (*upper, *lower))

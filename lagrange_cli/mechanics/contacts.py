@@ -158,7 +158,7 @@ def _keeps(graph: Graph, model: Model[Node], one: Conserved, contact: Contact) -
 
 def without_contacts(residual: Residual) -> Model[Node]:
     """The model without the forces of resting contact."""
-    model, graph = residual.model, residual.graph
+    model, graph = residual.independent, residual.graph
     free = dict.fromkeys((x for one in residual.contacts for x in (one.rest, one.multiplier)), graph.zero)
     return replace(model, generalized_forces=tuple(substituted(graph, model.generalized_forces, free)))
 

@@ -14,6 +14,7 @@ from lagrange_cli.mechanics.constrained.pushed import (
     uses_multipliers,
     without_multipliers,
 )
+from lagrange_cli.mechanics.constrained.redundancy import with_those_in_turn
 from lagrange_cli.mechanics.constrained.rigidity import refuse_strain
 from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
 from lagrange_cli.mechanics.constrained.weightless import entangled, weightless
@@ -47,14 +48,9 @@ def equations_of(model: Model[Node]) -> Residual:
     """The equations of motion of a model that has been checked; raises ``SingularCoordinate``."""
     graph = graph_of(model)
     cyclic, conserved = conservation(model)
+    model, surplus = with_those_in_turn(model)
     forms = formulations(model, graph, conserved)
     first, *others = forms
-    if model.redundant:
-        from lagrange_cli.mechanics.constrained.ties import tied
-
-        model = if_affordable(graph, partial(tied, model, forms[first].mass_matrix)) or model
-        if model.ties:  # with the multipliers that are back
-            forms = formulations(model, graph, conserved)
     constraints = Constraints(model)
     bound = {k for slopes in constraints.slopes for k in slopes}
     rows = enumerate(zip(model.coordinates, forms[first].mass_matrix))
@@ -101,6 +97,7 @@ def equations_of(model: Model[Node]) -> Residual:
         scleronomic=scleronomic(model),
         cyclic=cyclic,
         conserved=conserved,
+        surplus=surplus,
     )
     return replace(found, quiet=equations_of(without_multipliers(model))) if found.bent else found
 

@@ -18,7 +18,7 @@ from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.variables import nonzero, variables
-from lagrange_cli.model.model import Model
+from lagrange_cli.model.model import Constraint, Model
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
@@ -107,6 +107,7 @@ class Residual:
     quiet: Residual | None = None
     lowered: tuple[tuple[Node, ...], SeriesProgram] | None = None
     dependent: tuple[Dependent, ...] = ()
+    surplus: frozenset[int] = frozenset()
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -148,6 +149,17 @@ class Residual:
     def multipliers(self) -> tuple[Node, ...]:
         """The multipliers of the model's constraints."""
         return tuple(one.multiplier for one in self.model.constraints)
+
+    @cached_property
+    def independent(self) -> Model[Node]:
+        """The model without the constraints that follow from others, which are redundant in it."""
+        constraints, gone = [*self.model.constraints], list[Constraint[Node]]()
+        for i in sorted(self.surplus, reverse=True):
+            gone.insert(0, constraints.pop(i))
+        redundant = (*self.model.redundant, *gone)
+        return (
+            replace(self.model, constraints=tuple(constraints), redundant=redundant) if gone else self.model
+        )
 
     @cached_property
     def unpushed(self) -> Residual:

@@ -24,7 +24,7 @@ WORTH = 2_500_000
 
 def structure(residual: Residual) -> tuple[str, ...]:
     """A sentence for each fact."""
-    model, found = residual.model, list[str]()
+    model, found = residual.independent, list[str]()
     if len(model.q) <= MOST:
         graph_of(model).work.attempt(WORTH, lambda: found.extend(cyclic_combinations(model, residual.cyclic)))
     return (*found, *parts(model))

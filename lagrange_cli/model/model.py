@@ -58,16 +58,6 @@ class Constraint(Generic[E]):
 
 
 @dataclass(frozen=True)
-class Tie(Generic[E]):
-    """What determines multipliers of constraints that depend on each other: their sum with ``factors`` is
-    added to the equations of the constraints, times the factors and a ``scale`` (see
-    ``mechanics.constrained.ties``)."""
-
-    factors: tuple[tuple[E, E], ...]
-    scale: E
-
-
-@dataclass(frozen=True)
 class Model(Generic[E]):
     """A mechanical system over the algebra ``algebra``.
 
@@ -76,8 +66,7 @@ class Model(Generic[E]):
     there are no particles and ``potential`` is zero; otherwise ``lagrangian`` is None and
     L = sum m v^2/2 - ``potential``. ``generalized_forces[k]`` and ``dissipation`` are zero where not given.
     ``families`` says which names belong together, by section of the file and name. ``redundant`` are
-    constraints that follow from the others: the equations of motion go without them, or have ``ties``
-    instead. ``spec`` is what the
+    constraints that follow from the others: the equations of motion go without them. ``spec`` is what the
     model was built from. ``replaced`` are coordinates of the file as functions of others that replace them;
     a generalized force on one of them acts on a particle without mass that has it as its position.
     ``edges`` are positive where all functions of the file have values (see ``model.edges``).
@@ -103,4 +92,3 @@ class Model(Generic[E]):
     spec: Spec | None = None
     replaced: Mapping[str, E] = field(default_factory=dict)
     redundant: tuple[Constraint[E], ...] = ()
-    ties: tuple[Tie[E], ...] = ()

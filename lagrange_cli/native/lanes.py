@@ -34,6 +34,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
     if (
         program.hiding
         or residual.bent
+        or residual.surplus
         or residual.model.events
         or cuts(residual.model)
         or edges_of(residual)

@@ -58,8 +58,9 @@ class Planner:
         resting contact may change."""
         from lagrange_cli.mechanics.conserved.symmetries import symmetries
 
+        model = self.residual.independent
         if not self.residual.contacts:
-            return [(one.conserved, one.node) for one in symmetries(self.model, self.residual.conserved)]
+            return [(one.conserved, one.node) for one in symmetries(model, self.residual.conserved)]
         from lagrange_cli.mechanics.contacts import lasts_in_contact, without_contacts
 
         model = without_contacts(self.residual)
@@ -70,7 +71,7 @@ class Planner:
         """Functions of coordinates and t that constraints on velocities keep constant."""
         from lagrange_cli.mechanics.constrained.potentials import integrals
 
-        return integrals(self.model)
+        return integrals(self.residual.independent)
 
     @property
     def bodies(self) -> Bodies:
@@ -150,7 +151,7 @@ class Planner:
         if self.model.constraints:
             from lagrange_cli.mechanics.conserved.noether import Noether
 
-            momenta = [*substituted(graph, momenta, Noether(self.model).eliminated)]
+            momenta = [*substituted(graph, momenta, Noether(self.residual.independent).eliminated)]
         rates = zip(self.model.coordinates, momenta, energetics.torques)
         return {name: rate if p.symbols & moving else graph.zero for name, p, rate in rates}
 

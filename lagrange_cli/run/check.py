@@ -205,8 +205,9 @@ def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
         less = reduced(residual)
         integrated = residual if less is None else less.after
         cut = residual.graph.work.cut
-        found = symmetries(residual.model, residual.conserved)
-        found = (*found, *related(residual.model, residual.conserved, found))
+        model = residual.independent
+        found = symmetries(model, residual.conserved)
+        found = (*found, *related(model, residual.conserved, found))
         further = tuple(one.conserved for one in found)
         cut = residual.graph.work.cut - cut
         return Mechanics(
@@ -218,7 +219,7 @@ def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
             integrated.formulation,
             integrated.costs,
             structure(residual),
-            residual.model,
+            model,
             tuple(eliminated(one, variables(residual.model)) for one in integrated.dependent),
             searched=not cut,
         )

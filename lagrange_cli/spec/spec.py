@@ -133,7 +133,8 @@ class Spec:
     name. ``sizes`` are the whole numbers they were written with, ``tables`` those in which
     indices are looked up.
     ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
-    depend on others with the numbers of the run: the equations of motion are derived without them. ``faint``
+    depend on others with the numbers of the run: the equations of motion are derived without them, except
+    those ``in_turn``, which depend on them by factors that change along a motion. ``faint``
     are those with a coefficient that is 0, or all but 0, with these numbers, or may become so: nothing may be
     divided by it.
     ``draw`` has no part in the equations.
@@ -166,6 +167,7 @@ class Spec:
     nonholonomic: Mapping[str, Expression] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
+    in_turn: tuple[str, ...] = ()
     faint: tuple[str, ...] = ()
     draw: Wanted | None = None
     transformations: Mapping[str, Transformation] = field(default_factory=dict)

@@ -54,6 +54,19 @@ def multipliers_of_least_norm(model: Model[Node]) -> dict[str, Node]:
     return found
 
 
+def with_those_in_turn(model: Model[Node]) -> tuple[Model[Node], frozenset[int]]:
+    """The model with those of its redundant constraints that depend on others by factors that change along a
+    motion: no other choice would do everywhere. And their numbers: the multipliers are those of least norm
+    (``native.linear.dependent``)."""
+    names = () if model.spec is None else model.spec.in_turn
+    back = tuple(one for one in model.redundant if one.name in names)
+    if not back:
+        return model, frozenset()
+    count, rest = len(model.constraints), tuple(one for one in model.redundant if one not in back)
+    whole = replace(model, constraints=(*model.constraints, *back), redundant=rest)
+    return whole, frozenset(range(count, count + len(back)))
+
+
 def coupled(rows: Sequence[Row], left: Sequence[Row]) -> list[tuple[list[int], list[int]]]:
     """Constraints with those left out that they have coordinates in common with, directly or by others."""
     groups: list[tuple[set[int], list[int], list[int]]] = []

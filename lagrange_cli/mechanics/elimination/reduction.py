@@ -80,9 +80,10 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
     """The equations without the coordinates that constraints give, each in terms of fewer than ``most``
     others; None if there are none.
 
-    What acts by its multiplier stays, and so does what is redundant. Nothing is eliminated beside ties.
+    What acts by its multiplier stays, and so does what is redundant. Nothing is eliminated where constraints
+    follow from others in turn.
     """
-    if not residual.model.constraints or residual.model.ties:
+    if not residual.model.constraints or residual.surplus:
         return None
     model = released(residual.model)
     acting: set[int] = set()

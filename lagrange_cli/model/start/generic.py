@@ -10,7 +10,7 @@ from typing import Any
 
 from lagrange_cli.errors import NotLinear, SpecError
 from lagrange_cli.expression.syntax import Binary, Call, Name, Negative, Tree, names
-from lagrange_cli.model.start.linear import APART, coupled, damped, independent, scattered, steepness
+from lagrange_cli.model.start.linear import APART, coupled, damped, in_turn, independent, scattered, steepness
 from lagrange_cli.model.start.nearest import NEAR, ROUNDS
 from lagrange_cli.model.start.search import NEARBY, TRIES, Generic, Search
 from lagrange_cli.spec.spec import Spec
@@ -95,7 +95,9 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
         return Generic(tuple(best), tuple(typical), coupled(rows, best, scale), rest)
     best = max(seen, key=len)
     refuse_restricting(search, q, scale, best)
-    return Generic(tuple(best), tuple(typical), coupled(places[seen.index(best)], best, scale))
+    whole = [rows for rows, kept in zip(places, seen) if len(kept) == len(best)]
+    found = sorted({i for rows in whole for i in coupled(rows, best, scale)})
+    return Generic(tuple(best), tuple(typical), tuple(found), in_turn=in_turn(whole, best, scale))
 
 
 def disagreement(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> float:

@@ -24,6 +24,8 @@ CLEAR = 1e-4
 """The square of this sine, from which on no closer look is needed."""
 DENSE = 100
 """Constraints up to which matrices are full."""
+CHANGED = 1e-5
+"""Factors that differ by more, beside the largest, are not the same."""
 CUT = 1e-10
 """The part of the largest singular value below which others count as 0."""
 CORRECTIONS = 3
@@ -125,6 +127,20 @@ def coupled(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) ->
         if others and mine:
             shares = shares_of([unit[i] for i in mine], [unit[i] for i in others])
             found += [i for i, row in zip(mine, shares) if np.abs(row).max() > APART]
+    return tuple(sorted(found))
+
+
+def in_turn(places: Sequence[Sequence[Row]], kept: Sequence[int], scale: Sequence[float]) -> tuple[int, ...]:
+    """The rows that are not ``kept`` and are combinations of those by factors that differ between places, and
+    those that are coupled with them."""
+    among, found = {*kept}, list[int]()
+    scaled = [[{k: float(a) * scale[k] for k, a in row.items()} for row in rows] for rows in places]
+    for part in sparse.parts_of(sparse.products(scaled[0], scaled[0])):
+        others, mine = [i for i in part if i not in among], [i for i in part if i in among]
+        if others and mine:
+            first, *rest = (shares_of([rows[i] for i in mine], [rows[i] for i in others]) for rows in scaled)
+            largest = max((float(np.abs(one - first).max()) for one in rest), default=0.0)
+            found += others if largest > CHANGED * float(np.abs(first).max()) else []
     return tuple(sorted(found))
 
 

@@ -40,12 +40,14 @@ class Given:
 class Generic:
     """What constraints do in general: the numbers of those that are ``independent``, the steepness of each
     that is ``typical``, and the numbers of those that are ``coupled`` by depending on each other. These
-    agree up to ``rest``, a part of their size, where that is more than rounding."""
+    agree up to ``rest``, a part of their size, where that is more than rounding. Those ``in_turn`` depend on
+    others by factors that change."""
 
     independent: tuple[int, ...]
     typical: tuple[float, ...]
     coupled: tuple[int, ...] = ()
     rest: float = 0.0
+    in_turn: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

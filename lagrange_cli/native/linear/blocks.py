@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import reduce
 from typing import Generic, Protocol, cast
 
+from lagrange_cli.native.linear.dependent import factor_dependent
 from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.linear.symmetric import factor_loose, factor_symmetric
@@ -40,14 +41,22 @@ class Factorization(Generic[V]):
     functions: dict[str, None] = field(default_factory=dict)
 
     def factor(
-        self, matrix: list[list[V | None]], definite: bool, constraints: int = 0, *, loose: bool = False
+        self,
+        matrix: list[list[V | None]],
+        definite: bool,
+        constraints: int = 0,
+        *,
+        loose: bool = False,
+        surplus: int = 0,
     ) -> tuple[Factored[V], Condition]:
-        """A factored block, and whether it is regular; its last rows are those of ``constraints``. In a
-        ``loose`` one these alone determine some coordinates."""
+        """A factored block, and whether it is regular; its last rows are those of ``constraints``, of which
+        ``surplus`` follow from others. In a ``loose`` one these alone determine some coordinates."""
         name = "definite" if definite else "general"
         if definite and (constraints or len(matrix) <= self.unrolled[name]):
             factor = factor_loose if loose and constraints else factor_symmetric
-            return factor(self.kind, matrix, len(matrix) - constraints)
+            return factor(self.kind, matrix, len(matrix) - constraints, surplus)
+        if surplus:
+            return factor_dependent(cast("Written[V]", self.kind), matrix, surplus, constraints)
         if len(matrix) <= self.unrolled[name]:
             return factor_general(self.kind, matrix)
         block = LargeGeneral(cast("Written[V]", self.kind), self.place, len(matrix))

@@ -5,28 +5,31 @@ It is L D L^T of the symmetric matrix: M (Golub and Van Loan, Matrix Computation
 if the constraints are independent. So no pivoting is needed (M. Benzi, G. H. Golub and J. Liesen, Acta
 Numerica 14, 2005, sec. 5). Zeros are never used: among coordinates, and then among constraints, the one
 coupled to the fewest others is eliminated next (minimum degree: W. F. Tinney and J. W. Walker, Proc. IEEE 55,
-1967).
+1967). Constraints some of which follow from others are left to ``dependent``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Generic
+from typing import Generic, cast
 
+from lagrange_cli.native.linear.dependent import Dependent, factor_dependent
 from lagrange_cli.native.linear.pivots import FLOOR
-from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
+from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
 class Symmetric(Generic[V]):
     """L D L^T of a block: the pivots in their ``order``, ``columns[p]`` the entries (i, L_ip) below
-    that of p, and the reciprocals of D."""
+    that of p, and the reciprocals of D. Where constraints depend on each other, what elimination of the
+    coordinates leaves of the block is the ``rest``."""
 
     kind: NumberKind[V]
     order: Sequence[int]
     columns: Sequence[Sequence[tuple[int, V]]]
     reciprocals: Sequence[V | None]
+    rest: Dependent[V] | None = None
 
     def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with K x = ``scale * right``."""
@@ -34,6 +37,9 @@ class Symmetric(Generic[V]):
         for p in self.order:
             for i, entry in self.columns[p]:
                 x[i] = kind.fms(entry, x[p], x[i])
+        if self.rest is not None:
+            first = len(x) - self.rest.size
+            x[first:] = self.rest.solve(x[first:], scale)
         for p in reversed(self.order):
             x[p] = kind.mul(x[p], kind.mul(self.reciprocals[p], scale))
             for i, entry in self.columns[p]:
@@ -59,7 +65,7 @@ class Loose(Generic[V]):
 
 
 def factor_loose(
-    kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int
+    kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int, surplus: int = 0
 ) -> tuple[Loose[V], Condition]:
     """A block whose M is singular although the whole block is not, and whether it is regular.
 
@@ -84,21 +90,23 @@ def factor_loose(
         for j, entry in enumerate(row[:coordinates]):
             for k in range(coordinates):
                 wider[j][k] = kind.fma(scaled[k], entry, wider[j][k])
-    made, regular = factor_symmetric(kind, wider, coordinates)
+    made, regular = factor_symmetric(kind, wider, coordinates, surplus)
     return Loose(made, weighted), regular
 
 
 def factor_symmetric(
-    kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int
+    kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int, surplus: int = 0
 ) -> tuple[Symmetric[V], Condition]:
-    """L D L^T of a block with so many ``coordinates`` before its constraints, and whether it is regular.
+    """L D L^T of a block with so many ``coordinates`` before its constraints, and whether it is regular;
+    ``surplus`` of the constraints follow from others.
 
     The first pivot is compared with 0, others with the digits that may be lost.
     """
     size = len(matrix)
     rows = [{k: entry for k, entry in enumerate(row) if entry is not None} for row in matrix]
     neighbours = [set(row) - {j} for j, row in enumerate(rows)]
-    order = [*elimination(neighbours, coordinates)] if coordinates < size else range(size)
+    order: Sequence[int] = [*elimination(neighbours, coordinates)] if coordinates < size else range(size)
+    order = order[:coordinates] if surplus else order
     columns: list[list[tuple[int, V]]] = [[] for _ in range(size)]
     reciprocals: list[V | None] = [None] * size
     begins: list[V | None] = []
@@ -122,7 +130,13 @@ def factor_symmetric(
                 value = kind.fms(scaled, other, rows[i].get(k))
                 assert value is not None
                 rows[i][k] = rows[k][i] = value
-    return Symmetric(kind, order, columns, reciprocals), regular
+    if not surplus:
+        return Symmetric(kind, order, columns, reciprocals), regular
+    left = range(coordinates, size)
+    rest, whole = factor_dependent(
+        cast("Written[V]", kind), [[rows[i].get(k) for k in left] for i in left], surplus, len(left)
+    )
+    return Symmetric(kind, order, columns, reciprocals, rest), kind.both(regular, whole)
 
 
 def elimination(neighbours: Sequence[set[int]], coordinates: int) -> dict[int, set[int]]:

@@ -23,6 +23,8 @@ V = TypeVar("V", bound=Value)
 class Function(Flow):
     """The text of one function: what it calls, loads, stores and gives, in the blocks of ``Flow``."""
 
+    _rooms = 0
+
     def give(self, *values: Value) -> None:
         """Return nothing, a value, or several together."""
         if not values:
@@ -144,6 +146,13 @@ class Function(Flow):
         """A place in memory that is written there, where ``base`` counts doubles."""
         place = self.place(base, index, "double")
         return Pointer(self, self.define(f"load ptr, ptr {place.name}, align 8"), 1)
+
+    def room(self, doubles: int) -> Pointer:
+        """Memory for so many doubles while the function runs."""
+        name = f"%room{self._rooms}"
+        self._rooms += 1
+        self._entry.lines.insert(0, f"  {name} = alloca double, i64 {doubles}, align 8")
+        return Pointer(self, name, 1)
 
     # what threads share
 

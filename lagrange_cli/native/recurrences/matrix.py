@@ -34,9 +34,11 @@ def factored(
             for k, entry in residual.entries[j].items():
                 fixed = not entry.symbols & variables
                 row[places[k]] = constants.value(kind, entry) if fixed else known[entry]
-        constraints = sum(k >= len(residual.model.q) for k in block)
+        constraints = [k - len(residual.model.q) for k in block if k >= len(residual.model.q)]
         loose = not residual.weightless.isdisjoint(block)
-        made, good = factorization.factor(matrix, residual.definite, constraints, loose=loose)
+        surplus = len(residual.surplus.intersection(constraints))
+        given = matrix, residual.definite, len(constraints)
+        made, good = factorization.factor(*given, loose=loose, surplus=surplus)
         factors.append(made)
         regular = kind.both(regular, good)
     return factors, regular

@@ -40,6 +40,7 @@ def consistent_ensemble(
     states = np.array([np.broadcast_to(x, values.members) for x in (*values.q, *values.v)], dtype=np.float64)
     begins: list[Begin] = []
     faint: set[str] = set()
+    in_turn: set[str] = set()
     first: tuple[str, ...] | None = None
     error: SpecError | None = None
     with portion(values.members) as work:
@@ -55,6 +56,7 @@ def consistent_ensemble(
             if one.left_out != first:
                 otherwise[member] = one.left_out
             faint.update(one.faint)
+            in_turn.update(one.in_turn)
             states[:, member] = (*found.q, *found.v)
             begins.append(begin)
     if first is None:
@@ -63,7 +65,7 @@ def consistent_ensemble(
     rows = [row if np.ptp(row) else float(row[0]) for row in states]
     size = len(values.q)
     values = replace(values, q=tuple(rows[:size]), v=tuple(rows[size:]), refused=refused, otherwise=otherwise)
-    spec = replace(spec, left_out=first, faint=tuple(sorted(faint)))
+    spec = replace(spec, left_out=first, in_turn=tuple(sorted(in_turn)), faint=tuple(sorted(faint)))
     return spec, values, tuple(notes_of_members(begins))
 
 
