@@ -14,7 +14,6 @@ from lagrange_cli.mechanics.constrained.pushed import (
     uses_multipliers,
     without_multipliers,
 )
-from lagrange_cli.mechanics.constrained.redundancy import with_those_in_turn
 from lagrange_cli.mechanics.constrained.rigidity import refuse_strain
 from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
 from lagrange_cli.mechanics.constrained.weightless import entangled, weightless
@@ -48,7 +47,11 @@ def equations_of(model: Model[Node]) -> Residual:
     """The equations of motion of a model that has been checked; raises ``SingularCoordinate``."""
     graph = graph_of(model)
     cyclic, conserved = conservation(model)
-    model, surplus = with_those_in_turn(model)
+    surplus: frozenset[int] = frozenset()
+    if model.redundant:
+        from lagrange_cli.mechanics.constrained.redundancy import with_those_in_turn
+
+        model, surplus = with_those_in_turn(model)
     forms = formulations(model, graph, conserved)
     first, *others = forms
     constraints = Constraints(model)

@@ -30,7 +30,6 @@ from lagrange_cli.native.events import (
 from lagrange_cli.native.followed import FollowedEquations, followed
 from lagrange_cli.native.guards import LOOSE
 from lagrange_cli.native.interface import STEPPING, Interface
-from lagrange_cli.native.linear import dependent
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.motions import Specification, motion_of
@@ -183,7 +182,10 @@ def write_program(
         values("constrain", constrained(model, observing), at_one_time=at_one_time)
     prepare, size = write_settings(model, more.smooth, len(interface.events), constants, steps)
     text = "\n".join([*texts, prepare])
-    text += dependent.called_in(text)
+    if residual.surplus:
+        from lagrange_cli.native.linear.dependent import called_in
+
+        text += called_in(text)
     if more.hiding:
         from lagrange_cli.native.functions.elementary import definitions
 

@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
+from lagrange_cli.model.start import equations
 from lagrange_cli.model.start.beginnings import STARTS
 from lagrange_cli.model.start.blocks import Block, blocks
 from lagrange_cli.model.start.closures import closures
@@ -189,6 +190,37 @@ def test_several_closures_are_listed_and_each_may_be_copied():
     for psi, x in listed:
         found = start(text, psi=psi, x=x)
         assert [one for one in found.changed if one.given is not None] == []
+
+
+LINKAGE = """
+parameters: {a: 1, b: 0.7, m: 1, alpha: 1, beta: asin(b*sin(alpha)/a)}
+coordinates: {t1: {initial: 1, velocity: 1}, t2: {}, t3: {}}
+bodies:
+  one: {mass: m, solid: {box: [a, a, a]}, position: [0, 0, 0], orientation: {euler: [t1, beta, t2]}}
+  two:
+    mass: m
+    solid: {box: [b, b, b]}
+    position: [a, 0, 0]
+    orientation: {euler: [alpha, t3, 0], sequence: xzx}
+constraints:
+  joint: one.at(a, 0, 0) + b*(cos(t1), sin(t1), 0) - two.at(b, 0, 0)
+"""
+
+
+def test_closures_of_bodies_do_not_build_them_at_each_place(monkeypatch) -> None:
+    """A linkage of Bennett's: opposite angles are equal."""
+    built = []
+    scope = equations.Scope
+
+    def counted(*given):
+        built.append(given)
+        return scope(*given)
+
+    monkeypatch.setattr(equations, "Scope", counted)
+    found = start(LINKAGE)
+    assert found.q[1] == pytest.approx(found.q[2], abs=1e-14)
+    assert found.redundant
+    assert len(built) <= 40
 
 
 def numbers(pattern: str, message: str) -> list[tuple[float, ...]]:

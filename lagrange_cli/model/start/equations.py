@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Protocol
 
-from lagrange_cli.errors import NotLinear, SpecError
+from lagrange_cli.errors import NotLinear, SpecError, TooLarge
 from lagrange_cli.expression.sloped import Sloped, SlopedAlgebra
 from lagrange_cli.expression.syntax import Tree, names
 from lagrange_cli.expression.vocabulary import MOVING_COMPONENTS, family_name, velocity_name
@@ -26,6 +26,8 @@ from lagrange_cli.spec.spec import Expression, Spec
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from lagrange_cli.model.start.differentiated import Differentiated
 
 Row = Mapping[int, Any]
 """The coefficients of the velocities in the rate of a constraint, by coordinate."""
@@ -136,12 +138,24 @@ class Equations:
         one of them has no value."""
         if not self.spec.bodies and not self.spec.replaced:
             return self._parts.at(t, q, chosen)
+        known = None if self._differentiated is None else self._differentiated.at(t, q, chosen)
+        if known is not None:
+            return known
         found = self.at(t, q, [0.0] * len(q))
         return {i: found.values[i] for i in chosen}, {i: found.rows[i] for i in chosen}
 
     @cached_property
     def _parts(self) -> Parts:
         return Parts(self.spec, self.parameters, self.coordinates)
+
+    @cached_property
+    def _differentiated(self) -> Differentiated | None:
+        from lagrange_cli.model.start.differentiated import Differentiated
+
+        try:
+            return Differentiated(self.bound, self.parameters, self.coordinates)
+        except (SpecError, TooLarge):  # which is explained at a place
+            return None
 
     def _at(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Rates:
         found = built_constraints(Scope(self.bound, self.algebra(t, q, v)))

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from functools import reduce
 from typing import Generic, Protocol, cast
 
-from lagrange_cli.native.linear.dependent import factor_dependent
 from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.linear.symmetric import factor_loose, factor_symmetric
@@ -56,6 +55,8 @@ class Factorization(Generic[V]):
             factor = factor_loose if loose and constraints else factor_symmetric
             return factor(self.kind, matrix, len(matrix) - constraints, surplus)
         if surplus:
+            from lagrange_cli.native.linear.dependent import factor_dependent
+
             return factor_dependent(cast("Written[V]", self.kind), matrix, surplus, constraints)
         if len(matrix) <= self.unrolled[name]:
             return factor_general(self.kind, matrix)

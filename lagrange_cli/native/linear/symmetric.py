@@ -11,12 +11,14 @@ coupled to the fewest others is eliminated next (minimum degree: W. F. Tinney an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Generic, cast
+from typing import TYPE_CHECKING, Generic, cast
 
-from lagrange_cli.native.linear.dependent import Dependent, factor_dependent
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.linear.dependent import Dependent
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,8 @@ def factor_symmetric(
                 rows[i][k] = rows[k][i] = value
     if not surplus:
         return Symmetric(kind, order, columns, reciprocals), regular
+    from lagrange_cli.native.linear.dependent import factor_dependent
+
     left = range(coordinates, size)
     rest, whole = factor_dependent(
         cast("Written[V]", kind), [[rows[i].get(k) for k in left] for i in left], surplus, len(left)
