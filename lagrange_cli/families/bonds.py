@@ -89,13 +89,15 @@ class CoupledMembers:
 class Bonds:
     """The ``bounds`` of a system, and the ``names`` of all constraints, so many ``holonomic`` ones first.
     The ``multipliers`` are computed from all equations together, and have no terms. On chains and trees,
-    the ``responses`` say what is coupled."""
+    the ``responses`` say what is coupled. The numbers ``surplus`` are those of constraints that follow from
+    others in turn (see ``native.linear.dependent``)."""
 
     bounds: tuple[Bound, ...]
     names: Sequence[str]
     multipliers: Total
     holonomic: int
     responses: Responses | None = None
+    surplus: frozenset[int] = frozenset()
 
     @property
     def count(self) -> int:
@@ -179,7 +181,12 @@ class Bonds:
     def elimination(self) -> SparseElimination | None:
         """How A M^-1 A^T is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too
         many numbers."""
-        return elimination_of(self.count, self.pairs[1] if self.responses is None else self.responses.places)
+        return elimination_of(self.count, self.places_of_entries)
+
+    @property
+    def places_of_entries(self) -> Places:
+        """The constraints (entries, 2) of the entries of A M^-1 A^T, on the diagonal and below."""
+        return self.pairs[1] if self.responses is None else self.responses.places
 
 
 def bound_families(spec: Spec) -> Iterator[tuple[Family, Mapping[str, Expression], bool]]:
@@ -211,7 +218,9 @@ def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None
         raise Unsuited  # no coordinate is in one of them
     multipliers = Total(Source.TOTAL, len(names))
     felt = responses_of(found, len(names), builder.q.count, joints) if names and joints is not None else None
-    return Bonds(tuple(found), names, multipliers, count, felt) if names else None
+    in_turn = {*spec.in_turn}
+    surplus = frozenset(i for i, name in enumerate(names) if name in in_turn) if in_turn else frozenset()
+    return Bonds(tuple(found), names, multipliers, count, felt, surplus) if names else None
 
 
 def responses_of(found: Sequence[Bound], count: int, coordinates: int, joints: Articulation) -> Responses:

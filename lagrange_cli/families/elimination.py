@@ -27,3 +27,22 @@ def elimination_of(count: int, places: Places, waiting: int | None = None) -> Sp
     if found is None and count > DENSE:
         raise Unsuited
     return found
+
+
+def parts_of(count: int, pairs: Places) -> list[list[int]]:
+    """The unknowns that meet each other, directly or not, from the places of a matrix's entries."""
+    above = [*range(count)]
+
+    def root(i: int) -> int:
+        while above[i] != i:
+            above[i] = above[above[i]]
+            i = above[i]
+        return i
+
+    for i, j in pairs.tolist():
+        a, b = root(i), root(j)
+        above[max(a, b)] = min(a, b)
+    found: dict[int, list[int]] = {}
+    for i in range(count):
+        found.setdefault(root(i), []).append(i)
+    return [*found.values()]

@@ -58,6 +58,11 @@ class SaddlePoint:
         """The places of the entries (entries, 2), those of M first: the larger number first."""
         return np.concatenate([self.masses.pairs, self._listed[1]])
 
+    @property
+    def places_of_entries(self) -> Places:
+        """The same."""
+        return self.pairs
+
     @cached_property
     def elimination(self) -> SparseElimination | None:
         """How the matrix is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too

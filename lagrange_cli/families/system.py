@@ -8,6 +8,7 @@ another kind are derived member by member (``mechanics``).
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,6 +25,7 @@ from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.elimination import parts_of
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
@@ -57,6 +59,9 @@ FEWEST_BOUND = 12
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 FEWEST_COUPLED = 6
 """Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
+MOST_IN_TURN, MOST_WRITTEN_OUT = 48, 150
+"""Unknowns that are found together, if some constraints follow from others in turn; and coordinates up to
+which members are written out if they are more, or if there is contact, or friction."""
 ALONE = 300
 """Operations of expressions that stand alone up to which they do no harm beside loops."""
 SPARED = 3
@@ -142,7 +147,35 @@ def without_constraints(spec: Spec) -> FamilySystem | None:
 
 
 def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:
-    """The system. Raises ``Unsuited`` where it is of another kind."""
+    """The system. Raises ``Unsuited`` where it is of another kind.
+
+    Constraints that follow from others in turn are kept, if nothing else is solved for together with
+    multipliers. Otherwise members are written out, unless they are too many: then the same constraints are
+    left out everywhere.
+    """
+    if not spec.in_turn:
+        return of_any_kind(spec, algebra)
+    left_out = tuple(one for one in spec.left_out if one not in spec.in_turn)
+    with suppress(Unsuited, Differ):
+        found = of_any_kind(replace(spec, left_out=left_out), algebra)
+        if found.smooth is None and found.contacts is None and in_small_parts(found):
+            return replace(found, spec=spec)
+    if len(spec.coordinates) <= MOST_WRITTEN_OUT:
+        raise Unsuited
+    return replace(of_any_kind(replace(spec, in_turn=()), algebra), spec=spec)
+
+
+def in_small_parts(system: FamilySystem) -> bool:
+    """Whether the equations for multipliers are several that do not meet each other."""
+    equations = system.saddle or system.bonds
+    if equations is None:
+        return False
+    parts = parts_of(equations.count, equations.places_of_entries)
+    return max(map(len, parts)) <= MOST_IN_TURN
+
+
+def of_any_kind(spec: Spec, algebra: type[GraphAlgebra]) -> FamilySystem:
+    """The system, of the first kind that it is of; raises ``Unsuited``."""
     try:
         return separate(spec, algebra())
     except (Unsuited, Differ) as error:

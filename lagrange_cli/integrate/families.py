@@ -253,6 +253,8 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
         said.append(
             "the accelerations are found along chains and trees, from their tips to their roots and back"
         )
+    if system.bonds is not None and system.bonds.surplus:
+        said.append("some constraints follow from others in turn: each step leaves out the best ones")
     said.append(f"the forces have {system.terms} terms in all")
     if system.steady:
         said.append("the equations do not depend on t")

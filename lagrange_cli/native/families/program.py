@@ -36,6 +36,7 @@ from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.guards import EXPLICIT, LOOSE, PLACED, SIMPLE, Role
 from lagrange_cli.native.interface import Interface
+from lagrange_cli.native.linear.dependent import called_in
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
@@ -110,7 +111,7 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         constants = self.tables.scalars + self.size
         if self.kind.parts > 1 or self.factor is not None:
             text += low_parts(work // 2, constants) + "".join(of_vectors(text))
-        text += eliminations(text)
+        text += eliminations(text) + called_in(text)
         text += definitions(text)
         length.allow(text.count(" = "))
         return Program(
@@ -221,12 +222,21 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
     @property
     def together(self) -> list[tuple[int, int]]:
         """The families of coordinates whose accelerations are found together."""
-        return [] if self.diagonal and self.system.coupled_masses is None else related(self.system.spec)
+        if self.diagonal and self.system.coupled_masses is None:
+            return []
+        return self.all_coordinates or related(self.system.spec)
 
     @property
     def related(self) -> list[tuple[int, int]]:
         """The families of coordinates whose velocities are measured by the fastest one, and of integrals."""
-        return [*([] if self.diagonal else related(self.system.spec, FEWEST)), *self.alike]
+        families = [] if self.diagonal else self.all_coordinates or related(self.system.spec, FEWEST)
+        return [*families, *self.alike]
+
+    @property
+    def all_coordinates(self) -> list[tuple[int, int]]:
+        """All of them as one family, where constraints may hold one: all that moves there are rounding errors
+        of others."""
+        return [] if self.system.bonds is None else [(0, self.degrees)]
 
     @property
     def alike(self) -> list[tuple[int, int]]:

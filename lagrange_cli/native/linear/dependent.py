@@ -26,6 +26,12 @@ ROWS = 5
 and columns that each was exchanged with."""
 
 
+def size_of(rows: int, surplus: int) -> int:
+    """The numbers of a block, and of what is behind it: ``ROWS``, the vectors z, and 1/z^2 of each; and of a
+    sum."""
+    return rows * (rows + ROWS) + surplus * (rows + 1) + 1
+
+
 @dataclass(frozen=True)
 class Dependent(Generic[V]):
     """A block of ``size`` rows at ``place``, ``surplus`` of which follow from others."""
@@ -74,7 +80,7 @@ def factor_dependent(
     largest = [reduce(kind.larger, map(kind.magnitude, row)) for row in matrix]
     common = reduce(kind.larger, largest[others:])
     units = [kind.div(kind.one, one) for one in (*largest[:others], *[common] * constraints)]
-    place = kind.body.room(kind.parts * (size * (size + ROWS) + surplus * (size + 1) + 1))
+    place = kind.body.room(kind.parts * size_of(size, surplus))
     block = Dependent(kind, place, size, surplus)
     return block, block.factored(matrix, units)
 

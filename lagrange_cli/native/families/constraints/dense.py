@@ -24,6 +24,7 @@ from lagrange_cli.native.state import whole_vectors
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+    from lagrange_cli.native.families.constraints.in_turn import DependentTables
 
 
 class DenseTables:
@@ -47,7 +48,7 @@ class DenseTables:
         return found if sizes is None else {**found, "diagonal": sizes}
 
 
-SolvingTables: TypeAlias = "SaddleTables | DenseTables"
+SolvingTables: TypeAlias = "SaddleTables | DenseTables | DependentTables"
 
 
 class Dense:

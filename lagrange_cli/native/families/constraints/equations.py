@@ -8,6 +8,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.in_turn import DependentTables
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.constraints.saddle_tables import SaddleTables
@@ -48,6 +49,11 @@ def at_a_state(system: FamilySystem, lasting: Lasting) -> Pulled | None:
 
 def tables_of(equations: Bonds | SaddlePoint, tables: Tables) -> SolvingTables:
     """How they are solved."""
+    bonds = equations if isinstance(equations, Bonds) else equations.bonds
+    if bonds.surplus:
+        first = equations.count - bonds.count
+        surplus = {first + i for i in bonds.surplus}
+        return DependentTables(equations.count, equations.places_of_entries, first, surplus, tables)
     if equations.elimination is None:
         return DenseTables(equations.count, tables)
     return SaddleTables(equations.elimination, tables)

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.families.constraints.dense import Dense, DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.in_turn import DependentTables, InTurn
 from lagrange_cli.native.families.constraints.restraint import AlongMotion
 from lagrange_cli.native.families.constraints.saddle import Tabled
 from lagrange_cli.native.families.corrected import CorrectedJet
@@ -22,13 +23,15 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 from lagrange_cli.native.state import vectors_of
 
-Saddle: TypeAlias = "Tabled | Dense"
+Saddle: TypeAlias = "Tabled | Dense | InTurn"
 
 
 def saddle_of(vectors: Vectors, tabled: SolvingTables, base: Pointer | str, first: int) -> Saddle:
     """What solves by these tables."""
     if isinstance(tabled, DenseTables):
         return Dense(vectors, tabled, base, first)
+    if isinstance(tabled, DependentTables):
+        return InTurn(vectors, tabled, base, first)
     return Tabled(vectors, tabled, base, first)
 
 
