@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.limits import Work
 from lagrange_cli.mechanics.guards.equations import guarded
 from lagrange_cli.mechanics.switching.switches import switches, vanishes_with

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
+from lagrange_cli.integrate.guards.creeping import Creeping
 from lagrange_cli.integrate.guards.leading import few_or_all
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.guards.pivoting import Pivoting, dip
 from lagrange_cli.integrate.guards.resting import SOON
-from lagrange_cli.integrate.guards.sliding import Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import Clock
@@ -37,7 +37,7 @@ ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(Sliding):
+class Settling(Creeping):
     """The choice of the modes of switches."""
 
     _attempts, _latest = 0, np.nan

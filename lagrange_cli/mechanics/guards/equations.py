@@ -54,18 +54,24 @@ def guarded_values(
 ) -> tuple[Guarded, tuple[Node, ...], tuple[Node, ...]]:
     """The equations; ``nodes`` with their modes and multipliers, whose switches may have other arguments; and
     the symbols of these multipliers, in the order of the auxiliary coordinates."""
-    modes, whole = with_multipliers(residual, {})
+    modes, whole = with_multipliers(residual, {}, followed=False)
     modes.closed = True
     return whole, modes.frozen(nodes), tuple(modes.multipliers)
 
 
 def with_multipliers(
-    residual: Residual, integrands: Mapping[str, Node], broken: Sequence[Cut] = (), edges: Sequence[Node] = ()
+    residual: Residual,
+    integrands: Mapping[str, Node],
+    broken: Sequence[Cut] = (),
+    edges: Sequence[Node] = (),
+    *,
+    followed: bool = True,
 ) -> tuple[Modes, Guarded]:
-    """The equations with all multipliers that they are linear in, and the modes in them."""
+    """The equations with all multipliers that they are linear in, and the modes in them: of motions that are
+    ``followed``, or else at single states."""
     free: frozenset[Node] = frozenset()
     while True:
-        modes = Modes(residual, free)
+        modes = Modes(residual, free, followed=followed)
         made = assembled(modes, integrands, broken, edges)
         if isinstance(made, Guarded):
             return modes, made
@@ -132,7 +138,8 @@ def assembled(
         return frozenset(one.original for one in of_place or coefficients or entangled)
     limits = tuple(node for guard in modes.guards.values() for node in _limits(modes, guard))
     momenta = [one.momentum for one in wider.cyclic_momenta]
-    silencers = silence(modes, [*linear, *alone, *momenta, *places, *ends, *breaks], _limits)
+    felt = [*linear, *alone, *momenta, *places, *ends, *breaks]
+    silencers = silence(modes, felt, _limits) if modes.followed else []
     if modes.multipliers:
         wider, both = held_by_multipliers(modes, wider, [*quadratures, *limits], events)
         quadratures, limits = both[: len(quadratures)], both[len(quadratures) :]

@@ -66,9 +66,8 @@ def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ..
     own = len(model.q) - smooth.auxiliary
     limits = iter(smooth.limits)
     found = []
-    silencers = {one.loud for one in smooth.guards}
     for guard in smooth.guards:
-        if guard.cut or guard.broken is not None or guard.mode in silencers:
+        if guard.cut or guard.broken is not None:
             continue
         if guard.auxiliary is None:
             found.append(Holder(guard.mode, (guard.original,)))

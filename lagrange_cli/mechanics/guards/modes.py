@@ -18,10 +18,13 @@ from lagrange_cli.records import replace
 
 
 class Modes:
-    """Modes, and what has been written with them so far. Guards whose arguments are ``free`` hold nothing."""
+    """Modes, and what has been written with them so far. Guards whose arguments are ``free`` hold nothing. If
+    motions are ``followed``, guards may be silent for a time."""
 
-    def __init__(self, residual: Residual, free: frozenset[Node] = frozenset()) -> None:
-        self.residual, self.graph = residual, residual.graph
+    def __init__(
+        self, residual: Residual, free: frozenset[Node] = frozenset(), *, followed: bool = True
+    ) -> None:
+        self.residual, self.graph, self.followed = residual, residual.graph, followed
         self.moving = residual.variables
         self.free = free
         self.guards: dict[Node, Guard] = {}
