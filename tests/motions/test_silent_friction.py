@@ -213,3 +213,39 @@ generalized_forces: {{"x[i in range(N)]": "-F*sign(x_dot[i]) - where(x_dot[i] > 
         reach *= -np.exp(-damping / 2 * np.pi / turned)
         begins += np.pi / turned
     assert motion.q["x"] == pytest.approx(np.stack([expected] * count, axis=1), abs=1e-8)
+
+
+HELD_ON_A_TABLE = """
+parameters: {F: 2, G: 0}
+coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}, clock: {initial: 0, velocity: 1}}
+masses: {block: 1.5, hand: 1}
+positions: {block: [x, y, z], hand: [clock, 0, 0]}
+potential: 10*z
+constraints: {table: z}
+"""
+
+
+@BY
+@pytest.mark.parametrize("outputs", ["reactions", "reactions,multipliers,ledger"])
+@pytest.mark.parametrize(
+    "limit", ["where(t < 1, F, 0)", "where(t <= 1, F, 0)", "where(clock < 1, F, 0)", "G"]
+)
+def test_reactions_are_known_where_friction_ends(limit: str, outputs: str, method: str) -> None:
+    """At the instant at which it is switched off, too, when the block is at rest: there they are those of the
+    motion that begins."""
+    friction = f'forces: {{block: "(0.9, 1.2, 0) - ({limit})*(x_dot, y_dot, 0)/norm((x_dot, y_dot))"}}\n'
+    motion = lagrange.solve(
+        HELD_ON_A_TABLE + friction,
+        stop=2,
+        samples=5,
+        method=method,
+        tolerance=TOLERANCES[method],
+        outputs=outputs + ",q",
+    )
+    assert motion.status == "complete"
+    expected = np.tile([0.0, 0.0, 10.0], (5, 1))
+    assert motion.reactions["block"] == pytest.approx(expected, abs=1e-9)
+    since = np.maximum(motion.t - (0 if limit == "G" else 1), 0)
+    assert motion.q["x"] == pytest.approx(0.3 * since**2, abs=1e-9)
+    if "ledger" in outputs:
+        assert np.max(np.abs(motion.ledger["h"])) < 1e-8

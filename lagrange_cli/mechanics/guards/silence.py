@@ -15,6 +15,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of, union
 from lagrange_cli.mechanics.guards.guard import Guard
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
+from lagrange_cli.mechanics.multiplied_out import monomials
 from lagrange_cli.mechanics.substitution import rebuilt, rewritten
 from lagrange_cli.records import dataclass, replace
 
@@ -48,7 +49,8 @@ class Silence:
             if first is second:
                 found[node] = self.graph.zero
             elif node in one or node.kind is Kind.SWITCH:
-                found[node] = self.vanishing(first - second)
+                terms = monomials(self.graph, first - second)
+                found[node] = self.vanishing(first - second if terms is None else self.graph.sum(terms))
             elif node.kind is Kind.PRODUCT:
                 factors = factors_of(node)
                 found[node] = self.graph.sum(
@@ -114,7 +116,7 @@ def silence(
         if guard.auxiliary is None:
             continue
         felt = [*nodes, *(node for one, listed in watched.items() if one is not original for node in listed)]
-        loud = known.differing(felt, *_sides(modes, guard))
+        loud = known.differing(felt, {guard.mode: graph.one}, {guard.mode: -graph.one})
         if not loud.symbols:
             continue
         if loud.symbols & changes:
@@ -126,23 +128,12 @@ def silence(
     return [*made.values()]
 
 
-def _sides(modes: Modes, guard: Guard) -> tuple[dict[Node, Node], dict[Node, Node]]:
-    """The modes that a guard may have while nothing holds the motion; of a vector, which has one alone, the
-    other is that without the force."""
-    graph = modes.graph
-    if guard.vector is None:
-        return {guard.mode: graph.one}, {guard.mode: -graph.one}
-    forces = [modes.multipliers[i] for i in guard.holding]
-    sliding = {one: one for one in forces}
-    return {guard.mode: graph.one, **sliding}, {guard.mode: graph.zero, **dict.fromkeys(forces, graph.zero)}
-
-
 def without_silent_vectors(modes: Modes) -> Callable[[Sequence[Node]], tuple[Node, ...]]:
     """Nodes without the friction along vectors that is 0, which has no direction where these are 0: they are
-    those of the mode 0, without force."""
+    those of the mode -1."""
     graph, made = modes.graph, dict[Node, Node]()
     changed = {
-        one.mode: graph.switch(one.loud, one.mode, graph.zero, -1)
+        one.mode: graph.switch(one.loud, one.mode, -graph.one, -1)
         for one in modes.guards.values()
         if one.vector is not None and one.loud is not None
     }
