@@ -20,13 +20,20 @@ STIFF = 2.0**6
 class Creeping(Sliding):
     """The rest of the ways on which sliding begins."""
 
+    resumed = False
+    """Whether the motion may have been on such a way when it was interrupted."""
+
     def creeps(self) -> bool:
         """Go on a way as sliding has just begun on one, if steps would be far shorter."""
-        way, which = self.onset, self.machine.program.parts - 1
-        if way is None or way.turning * LONGEST[which] * min(way.scale, self.span) <= STIFF:
+        way, which, resumed = self.onset, self.machine.program.parts - 1, self.resumed
+        self.resumed = False
+        usual = np.inf if way is None else way.turning * LONGEST[which] * min(way.scale, self.span)
+        if usual <= STIFF or (way is None and not resumed):
             return False
         memory = self.memory.copy()
         vectors = [j for j in self.vectors() if self.modes[j] > 0.0 and self._turns_round(j)]
+        if not vectors:
+            return False
         now, sizes = float(memory[self._layout.time]), self._sizes(vectors)
         self._take_rounding(vectors)
         self.modes[vectors] = 0.0

@@ -110,6 +110,7 @@ class Stepper:
         self._marked = self.steps
         if self._settling is not None:
             self._settling.resume()
+            self._settling.resumed = True
         if self._happenings is not None:
             self._happenings.restore(snapshot.actions)
 
@@ -175,7 +176,7 @@ class Stepper:
                 self.limited = True  # sliding has begun so late that no step is left to take
                 space.samples[:, done : len(wanted)] = space.whole_state[:, None]
                 return Stop.END if last else Stop.SAMPLES, len(wanted)
-            if self._settling and self._settling.onset:
+            if self._settling and (self._settling.onset or self._settling.resumed):
                 reached = space.memory.copy()
                 if self._settling.creeps():
                     passed = self._between(reached, wanted[done:])

@@ -10,7 +10,6 @@ from lagrange_cli.mechanics.guards.forces import by_forces, mixes
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.guards.held import foresee_multipliers, held_by_multipliers, with_auxiliary
 from lagrange_cli.mechanics.guards.modes import Modes
-from lagrange_cli.mechanics.guards.silence import hushed, silence, without_silent_vectors
 from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
@@ -83,6 +82,8 @@ def assembled(
 ) -> Guarded | frozenset[Node]:
     """All of it with modes; equations that hold the motion are added. Or, if these are not linear in the
     multipliers, the arguments of guards that must be without."""
+    from lagrange_cli.mechanics.guards.silence import hushed, silence, without_silent_vectors
+
     residual, graph = modes.residual, modes.graph
     rows = modes.frozen(residual.residual)
     foresee_multipliers(modes)
