@@ -76,6 +76,8 @@ class Modes:
     """The components of each of these vectors, and of the force that holds it."""
     errors: Total | None = None
     """The rounding errors of accelerations by friction along them."""
+    silent: Sequence[tuple[int, int]] = ()
+    """Modes that change nothing while others, which say so, are -1 (see ``families.switching.silencing``)."""
 
     @property
     def followed(self) -> tuple[Total, ...]:

@@ -76,7 +76,8 @@ class Interface:
     sum of ``parts`` doubles: rows of high parts come first; parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary
     coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EDGE``, ``EXPLICIT`` or
-    ``PLACED``;
+    ``PLACED``; ``silent`` are pairs of one that may hold the motion, and one whose mode is -1 while that of
+    the first changes nothing;
     ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with a
     coordinate for each of their parts, whose velocity it is but for others; ``events`` for each event its
     direction, its role, and that number for resting contact, ``EXPLICIT`` where its force follows from other
@@ -108,6 +109,7 @@ class Interface:
     parts: int
     given: int
     guards: tuple[int, ...]
+    silent: tuple[tuple[int, int], ...]
     events: tuple[tuple[int, int, int], ...]
     limits: tuple[int, ...]
     vectors: tuple[tuple[int, tuple[int, ...]], ...]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
 
 from lagrange_cli.expression.node import Kind, Node, union
-from lagrange_cli.mechanics.explicit import Unknowns
+from lagrange_cli.mechanics.explicit import Holder, Unknowns
 from lagrange_cli.native.guards import HELD
 from lagrange_cli.native.linear.blocks import all_unrolled
 from lagrange_cli.native.llvm.function import Function
@@ -62,13 +62,18 @@ def hold(
 
     here, plain = dict(known), [argument for one in holders for argument in one.arguments]
     emit_values(kind, [*plain, *(a for node in plain for a in node.arguments)], here, constants)
+
+    def side(one: Holder) -> V:
+        """That of an argument; a vector has one."""
+        return kind.one if one.parts else side_of(kind, here[one.arguments[0]])
+
     for i, one in enumerate(holders):
-        kind.store(side_of(kind, here[one.arguments[0]]), modes, i, count)
+        kind.store(side(one), modes, i, count)
     elapsed = kind.magnitude(known[unknowns.residual.model.time])
     for i, one in able:
         rates = []
-        for side in (1.0, -1.0):
-            kind.store(kind.number(side), modes, i, count)
+        for which in (1.0, -1.0):
+            kind.store(kind.number(which), modes, i, count)
             rates.append(solution([one.rate])[one.rate] if one.rate else None)
         reach, zero = kind.mul(elapsed, kind.magnitude(kind.sub(*rates))), kind.true
         for argument in reversed(one.arguments):
@@ -76,7 +81,7 @@ def hold(
             bound = kind.mul(kind.number(ROUNDING * kind.unit), size)
             zero = kind.both(zero, kind.compare("ole", kind.magnitude(here[argument]), bound))
             reach = kind.mul(elapsed, size)
-        kind.store(kind.select(zero, None, side_of(kind, here[one.arguments[0]])), modes, i, count)
+        kind.store(kind.select(zero, None, side(one)), modes, i, count)
 
     sought = [x for _, one in able for x in (one.force, one.limit)]
 
@@ -99,7 +104,10 @@ def hold(
         most = reduce(kind.larger, sizes, kind.number(HELD))
         for (i, one), value, size in zip(able, values, sizes):
             beyond = kind.both(kind.compare("oge", size, most), kind.compare("ogt", size, kind.number(HELD)))
-            kind.store(kind.select(beyond, side_of(kind, value), here[one.mode]), modes, i, count)
+            to = side_of(kind, value)
+            if one.parts and one.limit:  # friction that is 0 has no direction
+                to = kind.select(kind.compare("one", here[one.limit], None), kind.one, kind.number(-1.0))
+            kind.store(kind.select(beyond, to, here[one.mode]), modes, i, count)
     here = solution([*sought, *(value for one in holders for _, value in one.parts)])
     known.update({one: here[one] for one in (*unknowns.symbols, *(one.mode for one in holders))})
     known.update({one.multiplier: value for (_, one), value in zip(able, ratios(here)) if one.multiplier})

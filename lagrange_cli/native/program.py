@@ -222,6 +222,7 @@ def interface_of(
         parts=parts,
         given=parts if steps.factor is None else 2,
         guards=tuple(number_of(one) for one in smooth.guards),
+        silent=smooth.silent,
         limits=tuple(j for j, one in enumerate(smooth.guards) if one.limit is not None),
         vectors=tuple(
             (j, tuple(map(model.v.index, one.vector.pivots)))

@@ -183,6 +183,7 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
             }
             for one in rows.guards
         ],
+        "silent": [list(one) for one in program.silent],
         "settings": inner.settings.start,
         "parameters": rows.parameters,
         "mode": rows.mode(inner),

@@ -153,6 +153,35 @@ def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_af
         assert file["t"][-1] == float(method[1]) and np.all(np.diff(file["t"][:]) < 0)
 
 
+CREEPING = """
+parameters: {F: 2, e: 1e-7}
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+masses: {puck: 1}
+positions: {puck: [x, y]}
+potential: 0
+dissipation: F*norm((x_dot, y_dot))
+forces: {puck: "((F + e)*cos(t), (F + e)*sin(t))"}
+"""
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize("patience", [1, 5, 20])
+def test_a_run_that_slides_slowly_goes_on_to_the_same_bytes(folder, interrupted_after, patience):
+    """Most of it is no steps of compiled code (``integrate.guards.creeping``)."""
+    (folder / "puck.yaml").write_text(CREEPING)
+    run = ("puck.yaml", "--stop", "3", "--samples", "301", "-o", "out.h5")
+    expected = whole(folder, *run)
+    interrupted_after(patience)
+    assert solve(*run) == 130
+    with h5py.File("out.h5") as file:
+        assert 0 < len(file["t"]) < 301
+    interrupted_after(0)
+    assert solve(*run, "--resume") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+    with h5py.File("out.h5") as file:
+        assert file.attrs["steps"] < 200
+
+
 @pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("number", [2, 3])
 def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, number):

@@ -22,6 +22,16 @@ events:
   v: {when: x_dot, direction: rising, action: {set: {y_dot: y_dot + 0.3}}}
   w: {when: x_dot, action: {set: {x: x + 0.05}}}
 """
+BRAKED = """
+parameters: {mu: 2, k: 30}
+coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+masses: {p: 1, q: 1.4, r: 1}
+positions: {p: x, q: y, r: z}
+potential: k*(x - y)**2/2 + k*(y - z)**2/2
+definitions: {F: "where(0.5 < t < 1.3, 0, mu)"}
+dissipation: F*(abs(x_dot) + abs(y_dot) + abs(z_dot))
+generalized_forces: {x: 3*sin(t)}
+"""
 FALLS = """
 coordinates: {y: {initial: 0, velocity: -1}}
 masses: {ball: 1}
@@ -53,6 +63,8 @@ def compared(text, stop, **values):
     [
         (STANDSTILL, 5.0, {"mu": 0.41, "a": 0.7}),
         (DRIVEN, 2.0, {}),
+        (BRAKED, 2.0, {}),
+        (BRAKED, 2.0, {"mu": 0}),
         (WALLS + TURNS + COUNTS, 2.0, {"c": 0.73, "k": 1.21}),
         (WALLS + COMES_BACK + TURNS, 2.0, {"c": 0.73, "k": 1.21}),
         (FALLS, 0.7, {}),

@@ -77,11 +77,13 @@ class Friction:
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """Members of a domain that decide modes by an ``argument``, oriented as it is there."""
+    """Members of a domain that decide modes by an ``argument``, oriented as it is there, while what is
+    ``loud`` is more than 0."""
 
     domain: Domain
     argument: Node
     modes: Places
+    loud: Node
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,12 +25,13 @@ ROUNDED = 2.0**-49
 
 @dataclass(frozen=True, eq=False)
 class Rubbing:
-    """Friction ``along`` vectors: the ``numbers`` of the modes of its members, and the ``mode`` that an
-    expression of a member has."""
+    """Friction ``along`` vectors: the ``numbers`` of the modes of its members, the ``mode`` that an
+    expression of a member has, and what is 0, or less, where friction is: ``loud``."""
 
     along: Along
     numbers: Places
     mode: Node
+    loud: Node
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,8 @@ def held_along(
             if any(not belt.is_zero for belt in along.belts):
                 part = along.ratios[i] * rounded(system, along) / slots.symbol(domain, system.masses, row)
                 errors.append(frozen(Term(domain, part, row)))
-            beside.append(Term(domain, along.vector.parts[i], own + i))
+            part = graph.switch(one.loud, along.vector.parts[i], graph.one, -1)
+            beside.append(Term(domain, part, own + i))
             beside.append(Term(domain, force, own + (len(along.rows) + i)))
         most = frozen(Term(domain, along.limit * along.limit, along.rows[0])).node
         for k, sign in enumerate((1.0, -1.0)):

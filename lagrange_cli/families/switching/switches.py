@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.switching.friction import Decision, FrictionModes, Held, Rest, linear_in
 from lagrange_cli.families.switching.held_vectors import Acting, Rubbing, held_along
 from lagrange_cli.families.switching.holding import held
+from lagrange_cli.families.switching.silencing import Silencing, Use, sides_along, sides_of
 from lagrange_cli.families.switching.switched import Switched
 from lagrange_cli.families.switching.vector_friction import DIRECTIONS, with_lengths
 from lagrange_cli.mechanics.guards.modes import three_ways
@@ -74,10 +76,6 @@ def with_modes_in(
     return found.smooth(), {one: found.of(one) for one in listed}
 
 
-Use: TypeAlias = "tuple[Domain, Node]"
-"""Members that have a switch, and its argument."""
-
-
 class Switching(Switched):
     """The totals of a system with modes in place of switches."""
 
@@ -92,22 +90,38 @@ class Switching(Switched):
         """Where each argument is used, and the places of its numbers there, (members, numbers). Those that
         differ in their members alone are one; what decides others is before them."""
         found: dict[tuple[Node, tuple[Array, ...]], dict[Use, Places]] = {}
+        for domain, argument in [*self._switched_by, *self._silencing.changing.values()]:
+            inside = [(node, slot) for node in reachable([argument]) if (slot := self.slots.of.get(node))]
+            given = {node: self.graph.symbol(f"argument {i}") for i, (node, _) in enumerate(inside)}
+            alike = substituted(self.graph, [argument], given)[0]
+            places = np.array([slot.table for _, slot in inside], dtype=np.int64)
+            use, places = (domain, argument), places.reshape(-1, domain.count).T
+            arrays = tuple(slot.array for _, slot in inside)
+            if arrays == (self.system.v, self.system.v):
+                alike, places, self.turned[use] = self._in_order(alike, places, {*found})
+            found.setdefault((alike, arrays), {})[use] = places
+        return [*found.values(), *self._lengths()]
+
+    @property
+    def _switched_by(self) -> Iterator[Use]:
+        """The arguments of switches, and the members that have them."""
         for total in self.totals:
             for term in self.merged(total):
                 for one in self.followed([term.node]):
-                    argument = one.arguments[0]
-                    inside = [
-                        (node, slot) for node in reachable([argument]) if (slot := self.slots.of.get(node))
-                    ]
-                    given = {node: self.graph.symbol(f"argument {i}") for i, (node, _) in enumerate(inside)}
-                    alike = substituted(self.graph, [argument], given)[0]
-                    places = np.array([slot.table for _, slot in inside], dtype=np.int64)
-                    use, places = (term.domain, argument), places.reshape(-1, term.domain.count).T
-                    arrays = tuple(slot.array for _, slot in inside)
-                    if arrays == (self.system.v, self.system.v):
-                        alike, places, self.turned[use] = self._in_order(alike, places, {*found})
-                    found.setdefault((alike, arrays), {})[use] = places
-        return [*found.values(), *self._lengths()]
+                    yield term.domain, one.arguments[0]
+
+    @cached_property
+    def _silencing(self) -> Silencing:
+        """Which friction may be 0, whatever moves."""
+        terms = [term for total in self.totals for term in self.merged(total)]
+        nodes = [one.node for one in terms]
+        held = {(one.term.domain, one.argument): sides_of(nodes, one.argument) for one in self.friction}
+        held |= {
+            (one.domain, one.length): sides_along(nodes, square) for (_, square), one in self.along.items()
+        }
+        rubbing = {one.argument for one in self.friction}
+        known = {argument for _, argument in self._switched_by if argument not in rubbing}
+        return Silencing(self.system, held, terms, known)
 
     def _lengths(self) -> Iterator[dict[Use, Places]]:
         """The lengths of vectors along which friction acts, each with the coordinates that are held."""
@@ -153,8 +167,34 @@ class Switching(Switched):
     @cached_property
     def arguments(self) -> Total:
         """The arguments of all modes, which may depend on other modes."""
-        terms = [Term(one.domain, one.argument, one.modes) for one in self.decisions]
+        terms = [
+            Term(one.domain, self.graph.switch(one.loud, one.argument, self.graph.one, -1), one.modes)
+            for one in self.decisions
+        ]
         return total_of(self.modes.count, terms, self.graph)
+
+    @cached_property
+    def silent(self) -> list[tuple[int, int]]:
+        """Modes that may change nothing, each with one that is -1 then."""
+        numbers, found = self.numbers[1], list[tuple[int, int]]()
+        for use, other in self._silencing.changing.items():
+            alone = self._alone[numbers[use]]
+            found += zip(numbers[use][alone].tolist(), numbers[other][alone].tolist())
+        return found
+
+    @cached_property
+    def _alone(self) -> NDArray[np.bool_]:
+        """Which modes are of one use."""
+        each = [np.bincount(distinct(one), minlength=self.numbers[0]) for one in self.numbers[1].values()]
+        found: NDArray[np.bool_] = np.sum(each, axis=0) == 1
+        return found
+
+    def _loud(self, domain: Domain, argument: Node) -> Node:
+        """What is 0, or less, while the modes that members have for an argument change nothing."""
+        use = domain, argument
+        if use in self._silencing.changing:
+            return self.mode_of(*self._silencing.changing[use])
+        return self._silencing.lasting.get(use, self.graph.one)
 
     @cached_property
     def decisions(self) -> list[Decision]:
@@ -166,11 +206,15 @@ class Switching(Switched):
                 mode = self.mode_of(domain, argument)
                 node = mode * mode * node
             turned = self.turned.get((domain, argument), np.zeros(domain.count, dtype=bool))[members]
-            for which, sign in ((~turned, 1.0), (turned, -1.0)):
+            alone = self._alone[modes]
+            for sign, single in product((1.0, -1.0), (True, False)):
+                which = (turned == (sign < 0.0)) & (alone == single)
                 if which.any():
                     own = Domain(int(which.sum()))
                     decides = sign * placed(self.slots, node, own, members[which])
-                    found.append(Decision(own, decides, modes[which]))
+                    loud = self._loud(domain, argument) if single else self.graph.one
+                    loud = placed(self.slots, loud, own, members[which])
+                    found.append(Decision(own, decides, modes[which], loud))
         return found
 
     def smooth(self) -> FamilySystem:
@@ -186,7 +230,7 @@ class Switching(Switched):
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
                 placed=self.placed, locks=held.locks, vectors=held.vectors, beside=held.beside,
-                errors=held.errors,
+                errors=held.errors, silent=self.silent,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
@@ -214,8 +258,9 @@ class Switching(Switched):
         """The same, where friction along vectors holds others besides."""
         system = self.system
         listed = [
-            Rubbing(one, self.numbers[1][one.domain, one.length], self.mode_of(one.domain, one.length))
+            Rubbing(one, self.numbers[1][place], self.mode_of(*place), self._loud(*place))
             for one in self.along.values()
+            if (place := (one.domain, one.length))
         ]
         rows = np.concatenate([row for one in self.along.values() for row in one.rows])
         if any(np.isin(one.term.targets, rows).any() for one in self.friction):
@@ -289,6 +334,12 @@ class Switching(Switched):
             return -mode
         return mode * (1.0 - 2.0 * self.slots.symbol(domain, self.system.whole, turned.astype(np.int64)))
 
+    def _felt(self, domain: Domain, length: Node) -> Node:
+        """The mode of a vector; 0 where friction along it is."""
+        return self.graph.switch(
+            self._loud(domain, length), self.mode_of(domain, length), self.graph.zero, -1
+        )
+
     def _has_value_at_zero(self, node: Node, domain: Domain) -> bool:
         """Whether a switch has a value of its own where its argument stays 0: one that jumps, and holds
         nothing there."""
@@ -304,7 +355,7 @@ class Switching(Switched):
         def change(node: Node, arguments: list[Node]) -> Node | None:
             slot = self.slots.of.get(node)
             if self.along:
-                given = node, arguments, domain, self.along, self.mode_of
+                given = node, arguments, domain, self.along, self._felt
                 if (changed := with_lengths(self.graph, *given)) is not None:
                     return changed
             if node in passed:

@@ -17,7 +17,7 @@ from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.guards.collocation import STAGES, rule
 from lagrange_cli.integrate.guards.resting import Choosing, Friction, Resting, unit
 from lagrange_cli.native.guards import HELD
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -32,8 +32,11 @@ UNTOLD = 2.0**-50
 SETTLED, SEVERAL = 2.0**-40, 8.0
 """Changes that iterations leave, as part of accelerations, if these are settled up to rounding; how many
 last changes a last coefficient may be."""
-NUDGE = 2.0**-10
-"""By which part of |u| velocities are changed to find how forces depend on them."""
+BALANCED = 2.0**6
+"""Friction that is so many times as large as the acceleration along it has the direction of other forces."""
+NUDGE, STEEP = 2.0**-10, 2.0**-17
+"""By which part of |u| velocities are changed to find how forces depend on them; where friction is in balance
+with others, and changes only with the direction, but by far more."""
 COARSE, KNOWN = 2.0**-1, 2.0**5
 """The same where |u| is not much more than rounding: at most; and as many rounding errors of velocities."""
 
@@ -79,11 +82,14 @@ class Held:
 @dataclass(frozen=True)
 class Way:
     """The motion from the memory ``origin`` on for a ``length`` of time, by its ``rates`` at Gauss's nodes
-    (nodes, rows but q)."""
+    (nodes, rows but q). How fast friction turns vectors at its end, and in what time forces change:
+    ``turning`` and ``scale``."""
 
     origin: Array
     length: float
     rates: Array
+    turning: float
+    scale: float
 
 
 class Onset(Choosing):
@@ -132,12 +138,37 @@ class Onset(Choosing):
             found = found - held.friction[j].velocities @ (rates[j] - one * (one @ rates[j]))
         return found, along
 
+    def _in_balance(
+        self,
+        guesses: Sequence[tuple[Array, dict[int, Array]]],
+        held: Held,
+        times: Array,
+        once: Array,
+        begun: Mapping[int, Array],
+    ) -> Array | None:
+        """About the accelerations at some times, which ``once`` integrates, where friction is far more than
+        what it leaves of other forces; None if it is not. Its direction is theirs, and so is that of the
+        vectors whose parts were ``begun``."""
+        balanced, found = False, np.array([one for one, _ in guesses])
+        usual = times[:, None] ** np.arange(held.accelerations.shape[1]) @ held.accelerations.T
+        for j, parts in begun.items():
+            friction = held.friction[j]
+            along = np.array([one[j] for _, one in guesses])
+            rates = (found - usual) @ friction.slopes.T
+            gains = np.sum(along * rates, axis=1)
+            if friction.rate > BALANCED * float(np.max(np.abs(gains))):
+                speeds = float(np.linalg.norm(parts)) + once @ gains
+                wanted = np.linalg.solve(once, speeds[:, None] * along - parts)
+                balanced, found = True, found + (wanted - rates) @ friction.velocities.T
+        return found if balanced else None
+
     def _collocated(
-        self, length: float, until: float, held: Held, sliding: Mapping[int, float]
+        self, length: float, until: float, held: Held, sliding: Mapping[int, float], rest: Array | None = None
     ) -> dict[int, float] | None:
         """Move on ``until`` a time, at most a ``length``, in which guards that have been ``held`` have other
-        modes: they are ``sliding``. Returns further ones, where forces exceed their limits on this way; None
-        where polynomials of that length do not describe the motion."""
+        modes: they are ``sliding``. (If they are so already, ``rest`` is the memory in which they are not.)
+        Returns further ones, where forces exceed their limits on this way; None where polynomials of that
+        length do not describe the motion."""
         own = self.machine.program.degrees
         usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
         self.modes[[*sliding]] = [*sliding.values()]
@@ -159,8 +190,14 @@ class Onset(Choosing):
 
         newton = Newton(pivots, length * once, rates)
         step = newton.apart if self._apart else newton.whole
+        begun = {j: self._parts(j) for j in sliding if j in held.friction}
+        if rest is not None:
+            self.memory[:] = rest
+            self.modes[[*sliding]] = [*sliding.values()]
         guesses = [self._guess(t, held, sliding) for t in times]
-        found = np.array([one for one, _ in guesses])
+        found, part = self._in_balance(guesses, held, times, length * once, begun), STEEP
+        if found is None:
+            found, part = np.array([one for one, _ in guesses]), NUDGE
         for _ in range(ROUNDS):
             if not np.all(np.isfinite(found)):
                 return None
@@ -169,7 +206,7 @@ class Onset(Choosing):
             for i, one in enumerate(zip(times, places, speeds)):
                 accelerations[i] = rates(*one)[:own]
                 sizes = np.array([self._speed_along(j, held) for j in vectors])
-                nudges = np.fmax(NUDGE * sizes, np.fmin(COARSE * sizes, KNOWN * units))
+                nudges = np.fmax(part * sizes, np.fmin(COARSE * sizes, KNOWN * units))
                 stages.append(Stage(*one, nudges))
             if not np.all(np.isfinite(accelerations)):
                 return None
@@ -198,8 +235,10 @@ class Onset(Choosing):
                 return None
         if beyond:
             return beyond
-        self.onset = Way(origin, length, np.hstack([found, np.array(here)[:, own:]]))
-        self._follow(self.onset, until)
+        way = Way(origin, length, np.hstack([found, np.array(here)[:, own:]]), 0.0, held.scale)
+        self._follow(way, until)
+        turning = [held.friction[j].rate / float(np.linalg.norm(self._parts(j)) or np.inf) for j in begun]
+        self.onset = replace(way, turning=max(turning, default=0.0))
         self.marks[:] = np.fmin(self.marks, 0.0)
         return {} if self._go_on(others, begins) and self._on_their_sides() else None
 

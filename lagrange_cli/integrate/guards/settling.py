@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
+from lagrange_cli.integrate.guards.creeping import Creeping
 from lagrange_cli.integrate.guards.leading import few_or_all
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.guards.pivoting import Pivoting, dip
 from lagrange_cli.integrate.guards.resting import SOON
-from lagrange_cli.integrate.guards.sliding import Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import Clock
@@ -37,7 +37,7 @@ ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(Sliding):
+class Settling(Creeping):
     """The choice of the modes of switches."""
 
     _attempts, _latest = 0, np.nan
@@ -77,6 +77,8 @@ class Settling(Sliding):
         """Whether the motion goes on from where compiled code has stopped."""
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.EDGE:
             return False
+        if stop is Stop.GUARD and self.hears():
+            return True
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.BREAK:
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD and self._rows.guards[due].parts:
@@ -93,6 +95,31 @@ class Settling(Sliding):
         if self.rests_on() or self.goes_farther() or self.leave_out() or self.blur():
             return True
         return self.goes_in()
+
+    def hears(self) -> bool:
+        """Let guards be silent whose modes change nothing from now on, and choose those of guards that are
+        loud again (see ``mechanics.guards.silence``); whether there are any."""
+        silent = self.machine.program.silent
+        if not silent:
+            return False
+        values = self._arguments()
+        turned = [k for k in {k for _, k in silent} if values[k] * self.modes[k] < 0.0]
+        if not turned:
+            return False
+        self.begin_steps()
+        self.modes[turned] = -self.modes[turned]
+        own = [j for j, k in silent if k in turned]
+        self.modes[own] = 1.0
+        self.marks[own] = 0.0
+        values, vectors = self._arguments(), self.vectors()
+        self.modes[own] = np.where(values[own] < 0.0, -1.0, 1.0)
+        zero = [j for j in own if values[j] == 0.0]
+        self.modes[[j for j in zero if j in vectors]] = 0.0
+        at_zero = [j for j in zero if j not in vectors]
+        if at_zero:
+            return self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
+        self.prepare()
+        return True
 
     def tries(self) -> bool:
         """Go on with steps where no way leads across a root."""

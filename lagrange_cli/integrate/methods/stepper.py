@@ -110,6 +110,7 @@ class Stepper:
         self._marked = self.steps
         if self._settling is not None:
             self._settling.resume()
+            self._settling.resumed = True
         if self._happenings is not None:
             self._happenings.restore(snapshot.actions)
 
@@ -175,6 +176,15 @@ class Stepper:
                 self.limited = True  # sliding has begun so late that no step is left to take
                 space.samples[:, done : len(wanted)] = space.whole_state[:, None]
                 return Stop.END if last else Stop.SAMPLES, len(wanted)
+            if self._settling and (self._settling.onset or self._settling.resumed):
+                reached = space.memory.copy()
+                if self._settling.creeps():
+                    passed = self._between(reached, wanted[done:])
+                    space.samples[:, done : done + passed.shape[1]] = passed
+                    done, self.steps = done + passed.shape[1], self.steps + 1
+                    if interrupt(space.t):
+                        return Stop.PAUSE, done
+                    continue
             began, computed, before_it = time.perf_counter(), self.evaluations, self.steps
             used = time.thread_time() if self._helpers is not None else 0.0
             if self._earlier is not None:

@@ -3,7 +3,7 @@ changes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.guards.forces import by_forces, mixes
@@ -53,18 +53,24 @@ def guarded_values(
 ) -> tuple[Guarded, tuple[Node, ...], tuple[Node, ...]]:
     """The equations; ``nodes`` with their modes and multipliers, whose switches may have other arguments; and
     the symbols of these multipliers, in the order of the auxiliary coordinates."""
-    modes, whole = with_multipliers(residual, {})
+    modes, whole = with_multipliers(residual, {}, followed=False)
     modes.closed = True
     return whole, modes.frozen(nodes), tuple(modes.multipliers)
 
 
 def with_multipliers(
-    residual: Residual, integrands: Mapping[str, Node], broken: Sequence[Cut] = (), edges: Sequence[Node] = ()
+    residual: Residual,
+    integrands: Mapping[str, Node],
+    broken: Sequence[Cut] = (),
+    edges: Sequence[Node] = (),
+    *,
+    followed: bool = True,
 ) -> tuple[Modes, Guarded]:
-    """The equations with all multipliers that they are linear in, and the modes in them."""
+    """The equations with all multipliers that they are linear in, and the modes in them: of motions that are
+    ``followed``, or else at single states."""
     free: frozenset[Node] = frozenset()
     while True:
-        modes = Modes(residual, free)
+        modes = Modes(residual, free, followed=followed)
         made = assembled(modes, integrands, broken, edges)
         if isinstance(made, Guarded):
             return modes, made
@@ -76,6 +82,8 @@ def assembled(
 ) -> Guarded | frozenset[Node]:
     """All of it with modes; equations that hold the motion are added. Or, if these are not linear in the
     multipliers, the arguments of guards that must be without."""
+    from lagrange_cli.mechanics.guards.silence import hushed, silence, without_silent_vectors
+
     residual, graph = modes.residual, modes.graph
     rows = modes.frozen(residual.residual)
     foresee_multipliers(modes)
@@ -101,32 +109,19 @@ def assembled(
         first = len(residual.model.q)
         for k, row in enumerate(rows[:first]):
             matrix[k] = (*matrix[k][:first], *(graph.diff(row, one) for one in residual.multipliers))
-    inertias = modes.frozen(residual.inertias)
-    momenta = []
-    for one in residual.cyclic_momenta:
-        momentum, speed = modes.frozen([one.momentum, one.speed])
-        momenta.append(replace(one, momentum=momentum, speed=speed))
-    dependent = []
-    for given in residual.dependent:
-        place, speed = given.place, modes.frozen([given.speed])[0]
-        if place is not None:
-            (place,) = modes.frozen([place])
-        dependent.append(replace(given, place=place, speed=speed))
     model = with_auxiliary(residual.model, graph, len(modes.multipliers))
-    wider = replace(
-        residual, model=model, residual=rows, mass_matrix=tuple(matrix), inertias=inertias,
-        cyclic_momenta=tuple(momenta), dependent=tuple(dependent),
-    )  # fmt: skip
+    beside = beside_rows(residual, modes.frozen)
+    wider = replace(beside, model=model, residual=rows, mass_matrix=tuple(matrix))
     linear = [*rows, *quadratures]
     multipliers = union(modes.multipliers)
     alone = [
         *(row[k] for j, row in enumerate(matrix) for k in nonzero(row, graph.zero, j)),
-        *inertias,
-        *(one.speed for one in momenta),
+        *wider.inertias,
+        *(one.speed for one in wider.cyclic_momenta),
         *followed(wider),
     ]
-    alone += [*events, *(guard.argument for guard in modes.guards.values())]
-    mixed = alone
+    alone += events
+    mixed = [*alone, *(guard.argument for guard in modes.guards.values())]
     for x in linear:
         for m in graph.symbols_of(x, multipliers):
             mixed.append(x if has_rates(x, m) else graph.diff(x, m))
@@ -142,23 +137,43 @@ def assembled(
         of_place = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
         coefficients = [one for one in entangled if not one.reverses]
         return frozenset(one.original for one in of_place or coefficients or entangled)
-    limits = [node for guard in modes.guards.values() for node in _limits(modes, guard)]
+    limits = tuple(node for guard in modes.guards.values() for node in _limits(modes, guard))
+    momenta = [one.momentum for one in wider.cyclic_momenta]
+    felt = [*linear, *alone, *momenta, *places, *ends, *breaks]
+    silencers = silence(modes, felt, _limits) if modes.followed else []
     if modes.multipliers:
         wider, both = held_by_multipliers(modes, wider, [*quadratures, *limits], events)
-        quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
+        quadratures, limits = both[: len(quadratures)], both[len(quadratures) :]
+    heard = without_silent_vectors(modes)
+    matrix = [mapped(row, heard) for row in wider.mass_matrix]
+    wider = replace(beside_rows(wider, heard), residual=heard(wider.residual), mass_matrix=tuple(matrix))
+    quadratures, limits, events, breaks = map(heard, (quadratures, limits, events, breaks))
     symbols = (graph.symbol(f"break {i}") for i in range(len(broken)))
     ending = [Guard(y, y, mode, broken=one) for y, mode, one in zip(places, symbols, broken)]
     symbols = (graph.symbol(f"edge {i}") for i in range(len(ends)))
     ending += [Guard(u, u, mode, edge=True) for u, mode in zip(ends, symbols)]
-    watched = [*modes.guards.values(), *_cuts(modes, events), *ending]
+    watched = [*(hushed(graph, one) for one in modes.guards.values()), *_cuts(modes, events), *ending]
     poles = inner_poles(quadratures, rows, modes.moving, [one.argument for one in watched])
     symbols = (graph.symbol(f"pole {i}") for i in range(len(poles)))
-    guards = (*watched, *(Guard(u, u, mode) for u, mode in zip(poles, symbols)))
+    guards = (*watched, *(Guard(u, u, mode) for u, mode in zip(poles, symbols)), *silencers)
     named = dict(zip(integrands, quadratures))
     parts = tuple(u for guard in guards if guard.vector is not None for u in guard.vector.parts)
-    return Guarded(
-        wider, named, guards, len(modes.multipliers), events, modes.rests, tuple(limits), breaks, parts
-    )
+    return Guarded(wider, named, guards, len(modes.multipliers), events, modes.rests, limits, breaks, parts)
+
+
+def beside_rows(residual: Residual, change: Callable[[Sequence[Node]], tuple[Node, ...]]) -> Residual:
+    """The equations with all that is beside their rows and their matrix changed."""
+    momenta, dependent = [], []
+    for one in residual.cyclic_momenta:
+        momentum, speed = change([one.momentum, one.speed])
+        momenta.append(replace(one, momentum=momentum, speed=speed))
+    for given in residual.dependent:
+        place, speed = given.place, change([given.speed])[0]
+        if place is not None:
+            (place,) = change([place])
+        dependent.append(replace(given, place=place, speed=speed))
+    inertias = change(residual.inertias)
+    return replace(residual, inertias=inertias, cyclic_momenta=tuple(momenta), dependent=tuple(dependent))
 
 
 def _limits(modes: Modes, guard: Guard) -> list[Node]:

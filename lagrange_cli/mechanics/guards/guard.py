@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import Cut
@@ -41,6 +42,9 @@ class Guard:
     reverses: bool = False
     """Whether something has its sign, as friction has that of a velocity."""
     limit: Node | None = None
+    loud: Node | None = None
+    """What is 0, or -1 as the mode of another guard is, while friction is 0 and its mode changes nothing: the
+    argument is 1 then (see ``silence``)."""
     broken: Cut | None = None
     """The quantity that jumps where the argument is 0, so that the motion ends there."""
     edge: bool = False
@@ -54,6 +58,10 @@ class Guard:
         """The places of its auxiliary coordinates."""
         count = 1 if self.vector is None else len(self.vector.parts)
         return range(0) if self.auxiliary is None else range(self.auxiliary, self.auxiliary + count)
+
+    def holds(self, graph: Graph) -> Node:
+        """What is 0 where it holds the motion: its mode, unless it is silent."""
+        return self.mode if self.loud is None else graph.switch(self.loud, self.mode, graph.one, -1)
 
 
 @dataclass(frozen=True)
@@ -86,3 +94,10 @@ class Guarded:
     """Of each guard where something jumps x, which is negative there, and the squares of a ``Cut``."""
     parts: tuple[Node, ...] = ()
     """Those of each vector."""
+
+    @property
+    def silent(self) -> tuple[tuple[int, int], ...]:
+        """The guards that may become silent and loud again, each with that which says so."""
+        places = {one.mode: j for j, one in enumerate(self.guards)}
+        each = ((j, one.loud) for j, one in enumerate(self.guards))
+        return tuple((j, places[loud]) for j, loud in each if loud in places)

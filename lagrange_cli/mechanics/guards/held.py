@@ -59,7 +59,7 @@ def held_by_multipliers(
     resting = [(one.auxiliary, events[one.event], one.mode, True) for one in modes.rests]
     for guard in holding:
         parts = (guard.argument,) if guard.vector is None else guard.vector.parts
-        resting += [(i, u, guard.mode, False) for i, u in zip(guard.holding, parts)]
+        resting += [(i, u, guard.holds(graph), False) for i, u in zip(guard.holding, parts)]
     for (_, u, mode, rests), symbol in zip(sorted(resting, key=lambda one: one[0]), symbols):
         free, zero = graph.ddt(symbol), graph.zero
         by = model.v if any(u.symbols & v.symbols for v in model.v) else model.q
@@ -93,7 +93,7 @@ def determined(modes: Modes, residual: Residual) -> Sequence[Node]:
             for j, factors in constrained(residual, guard.vector):
                 forces = zip(factors, (modes.multipliers[i] for i in guard.holding))
                 along = graph.sum([(b * force, 1.0) for b, force in forces])
-                rows[j] = rows[j] + three_ways(graph, guard.mode, graph.zero, graph.zero, along)
+                rows[j] = rows[j] + three_ways(graph, guard.holds(graph), graph.zero, graph.zero, along)
     return rows
 
 

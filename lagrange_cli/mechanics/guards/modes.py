@@ -18,10 +18,13 @@ from lagrange_cli.records import replace
 
 
 class Modes:
-    """Modes, and what has been written with them so far. Guards whose arguments are ``free`` hold nothing."""
+    """Modes, and what has been written with them so far. Guards whose arguments are ``free`` hold nothing. If
+    motions are ``followed``, guards may be silent for a time."""
 
-    def __init__(self, residual: Residual, free: frozenset[Node] = frozenset()) -> None:
-        self.residual, self.graph = residual, residual.graph
+    def __init__(
+        self, residual: Residual, free: frozenset[Node] = frozenset(), *, followed: bool = True
+    ) -> None:
+        self.residual, self.graph, self.followed = residual, residual.graph, followed
         self.moving = residual.variables
         self.free = free
         self.guards: dict[Node, Guard] = {}
@@ -106,7 +109,8 @@ class Modes:
         return rewritten(self.graph, nodes, change, self.made if self.holds else {})
 
     def _by_length(self, node: Node) -> Node:
-        """A node that contains u/|u| for vectors u, with unknowns in its place while the motion is held."""
+        """A node that contains u/|u| for vectors u, with unknowns in its place while the motion is held, and
+        without it where the mode is -1, as friction is 0."""
         for guard in self.guards.values():
             if guard.vector is None or guard.vector.square.symbols & ~node.symbols:
                 continue
@@ -115,7 +119,8 @@ class Modes:
             if at_rest is not None:
                 unknown = zip(at_rest[1], (self.multipliers[i] for i in guard.holding))
                 resting = self.graph.sum([(at_rest[0], 1.0), *((a * b, 1.0) for a, b in unknown)])
-                node = plain + three_ways(self.graph, guard.mode, others, others, resting)
+                without = at_rest[0] if guard.holding else others
+                node = plain + three_ways(self.graph, guard.mode, others, without, resting)
         return node
 
     def _has_mode(self, node: Node) -> bool:

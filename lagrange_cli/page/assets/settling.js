@@ -126,11 +126,29 @@ class Settling {
 
   goesOn(stop, due) {
     if (stop === Stop.GUARD && this.isEdge(due)) return false;
+    if (stop === Stop.GUARD && this.hears()) return true;
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].parts) return this.leaveOut(due);
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].beside) return this.passes(due);
     if (stop === Stop.GUARD) return this.settle(due) || this.rest();
     if (stop === Stop.ROOT) return this.rest() || this.tries();
     return (stop === Stop.UNDERFLOW || stop === Stop.NOT_FINITE) && (this.stops() || this.rest());
+  }
+
+  // Let guards be silent whose friction is 0 from now on, and choose the modes of those that are loud again.
+  hears() {
+    const { silent } = this.rows, values = this.arguments();
+    const turned = new Set(silent.map(([, k]) => k).filter((k) => values[k] * this.modes[k] < 0));
+    if (!turned.size) return false;
+    this.forget();
+    for (const k of turned) this.modes[k] = -this.modes[k];
+    const own = silent.flatMap(([j, k]) => (turned.has(k) ? [j] : []));
+    for (const j of own) { this.modes[j] = 1; this.marks[j] = 0; }
+    const now = this.arguments();
+    for (const j of own) this.modes[j] = now[j] < 0 ? -1 : 1;
+    const zero = own.filter((j) => now[j] === 0);
+    if (zero.length) return this.choose(zero, new Map(zero.map((j) => [j, 1])));
+    this.prepare();
+    return true;
   }
 
   // Go on with steps where a force has no series.
