@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.api.folder import Folder
+from lagrange_cli.api.given import flag_of
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.api.words import in_python, python_words
@@ -197,7 +198,7 @@ class Stored(Pictured):
         name = os.fspath(path)
         if format_of(name) != HDF5:
             raise UsageError("many motions are written as HDF5: give a name that ends in .h5")
-        with find_target(name, force=force).filled() as place:
+        with find_target(name, force=flag_of("force", force)).filled() as place:
             shutil.copyfile(self._arrays.file(), place)
 
     def _output(self, held: ExitStack) -> Path:
