@@ -32,7 +32,7 @@ MOST_SYSTEMS, MOST_PROGRAMS, MOST_VALUES = 32, 32, 200
 
 WORKING = threading.RLock()
 """Held while a system is read, derived or compiled, since these steps share caches of their own."""
-LOOKING = threading.Lock()
+LOOKING = threading.RLock()
 """Held for a moment while something kept is looked for."""
 
 
@@ -44,9 +44,11 @@ def hold() -> None:
 
 
 def release() -> None:
-    """The end of ``hold``, in both processes."""
-    LOOKING.release()
-    WORKING.release()
+    """The end of ``hold``, in both processes; Ctrl-C may have cut that short."""
+    try:
+        LOOKING.release()
+    finally:
+        WORKING.release()
 
 
 if hasattr(os, "register_at_fork"):
