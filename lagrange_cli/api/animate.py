@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.folder import Folder
-from lagrange_cli.api.given import finite_of, is_whole
+from lagrange_cli.api.given import finite_of, flag_of, is_whole
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.plot import Shown, file_of, words
 from lagrange_cli.api.words import in_python
@@ -82,6 +82,7 @@ class Film:
         """
         name = os.fspath(path)
         kind = format_of(name)
+        force = flag_of("force", force)
         target = find_folder(name, force=force) if kind == FRAMES else find_target(name, force=force)
         with WORKING:  # matplotlib's settings are those of the process
             write(self._reel, target, kind, Silence(), lambda: False)

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.given import Value, Values, check_lengths, count_of, number_of, text_of, texts_of
+from lagrange_cli.api.given import (
+    Value,
+    Values,
+    check_lengths,
+    count_of,
+    finite_of,
+    number_of,
+    sizes_given,
+    text_of,
+    texts_of,
+)
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.api.warned import warn
 from lagrange_cli.api.words import in_python
@@ -70,6 +80,20 @@ class Bench:
         return f"<bench of {self._ranking.name}: {best} ({self.because})>"
 
 
+def named(methods: str | Iterable[str]) -> list[str]:
+    """Methods by their names: ``"taylor,Radau"`` or ``["taylor", "Radau"]``."""
+    given = methods.split(",") if isinstance(methods, str) else listed("methods", methods)
+    return [proper_name(str(name).strip(), [*METHODS]) for name in given]
+
+
+def listed(name: str, given: Iterable[Any]) -> list[Any]:
+    """The items of an argument, at least one."""
+    found = [*given] if isinstance(given, Iterable) and not isinstance(given, (str, bytes)) else []
+    if not found:
+        raise UsageError(f"{name} must be a list of at least one, not {given!r:.60}")
+    return found
+
+
 @in_python
 def bench(
     system: System,
@@ -125,19 +149,18 @@ def bench(
     runs = count_of("runs", runs)
     if not budget > 0:
         raise UsageError(f"budget must be a positive number of seconds, not {decimal(budget)}")
-    if isinstance(methods, str):
-        methods = methods.split(",")
+    names = None if methods is None else named(methods)
+    tried = (
+        None
+        if tolerances is None
+        else tuple(finite_of("tolerances", one) for one in listed("tolerances", tolerances))
+    )
     overrides = texts_of("set", set)
     content, filename = content_of(system)
     spec, values = read_run(
-        content,
-        filename,
-        texts_of("size", size),
-        lambda spec, problems: resolve_values(spec, overrides, problems),
+        content, filename, sizes_given(size), lambda spec, problems: resolve_values(spec, overrides, problems)
     )
     check_lengths(spec, set)
-    names = None if methods is None else [proper_name(str(name).strip(), [*METHODS]) for name in methods]
-    tried = None if tolerances is None else tuple(number_of("tolerances", one) for one in tolerances)
     entries = entries_of(names, tried, len(spec.coordinates), constrained=bool(spec.all_constraints))
     until = None if stop is None else text_of("stop", stop)
     with Interrupts(alone=True) as interrupted:

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.given import Values, check_lengths, texts_of
+from lagrange_cli.api.given import Values, check_lengths, sizes_given, texts_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.api.words import in_python
@@ -143,7 +143,7 @@ def check(
     """
     from lagrange_cli.spec.values import resolve_values
 
-    overrides, sizes = texts_of("set", set), texts_of("size", size)
+    overrides, sizes = texts_of("set", set), sizes_given(size)
     content, filename = content_of(system)
     with WORKING:
         spec, values = read_run(

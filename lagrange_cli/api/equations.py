@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.given import Values, check_lengths, texts_of
+from lagrange_cli.api.given import Values, check_lengths, flag_of, sizes_given, texts_of
 from lagrange_cli.api.indexed_equations import IndexedEquations
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
@@ -170,7 +170,8 @@ def equations(
     """
     from lagrange_cli.spec.values import resolve_parameters
 
-    overrides, sizes = texts_of("set", set), texts_of("size", size)
+    overrides, sizes = texts_of("set", set), sizes_given(size)
+    indexed = None if indexed is None else flag_of("indexed", indexed)
     content, filename = content_of(system)
     with WORKING:
         spec, parameters = read_run(

@@ -14,6 +14,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.request import Request
+from lagrange_cli.run.source import count_of as plural
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.spec import SolveDefaults, Spec
 from lagrange_cli.spec.whole import WrittenFamily
@@ -71,15 +72,24 @@ def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield member, text_of(f"{what}: {member}", one)
 
 
+def sizes_given(size: Mapping[str, int | str] | None) -> dict[str, str]:
+    """Sizes by name, as texts: numbers, not sequences of them."""
+    if isinstance(size, Mapping):
+        size = {name: text_of(f"size: {name}", one) for name, one in size.items()}
+    return texts_of("size", size)
+
+
 def check_lengths(spec: Spec, values: Values | None) -> None:
     """Raise ``UsageError`` where a sequence has not as many values as its family has members."""
     coordinates = sizes_of(spec.coordinates)
     velocities = Counter({velocity_name(name): size for name, size in coordinates.items()})
     sizes = coordinates + velocities + sizes_of(spec.parameters)
     for name, value in (values or {}).items():
-        count = sum(1 for indices, _ in members((), value) if indices)
-        if count and name in sizes and count != sizes[name]:
-            raise UsageError(f"set: {name} has {sizes[name]} members, but {count} values are given")
+        listed = [*members((), value)]
+        one = len(listed) == 1 and not listed[0][0]
+        if not one and name in sizes and len(listed) != sizes[name]:
+            given = "1 value is" if len(listed) == 1 else f"{len(listed)} values are"
+            raise UsageError(f"set: {name} has {plural(sizes[name], 'member')}, but {given} given")
 
 
 def sizes_of(section: Sequence[Any]) -> Counter[str]:
@@ -93,7 +103,7 @@ def sizes_of(section: Sequence[Any]) -> Counter[str]:
 def members(indices: tuple[int, ...], value: Any) -> Iterator[tuple[tuple[int, ...], Any]]:
     """The numbers of nested sequences, each with its indices."""
     value = value.tolist() if hasattr(value, "tolist") else value
-    if isinstance(value, Sequence) and not isinstance(value, str):
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes, bytearray)):
         for i, one in enumerate(value):
             yield from members((*indices, i), one)
     else:
@@ -141,14 +151,22 @@ def request_of(
         options,
         {name: text_of(name, value) for name, value in times.items() if value is not None},
         texts_of("set", set),
-        texts_of("size", size),
-        cache=cache,
+        sizes_given(size),
+        cache=flag_of("cache", cache),
         precision=precision,
-        portable=portable,
-        proven=proven,
-        projected=project_initial,
+        portable=flag_of("portable", portable),
+        proven=flag_of("proven", proven),
+        projected=flag_of("project_initial", project_initial),
         threads=threads,
     )
+
+
+def flag_of(name: str, given: Any) -> bool:
+    """Yes or no; raises ``UsageError`` for anything else, as a text such as ``"no"`` would be yes."""
+    given = given.item() if getattr(given, "ndim", None) == 0 else given  # numpy's
+    if not isinstance(given, bool):
+        raise UsageError(f"{name} must be True or False, not {given!r:.60}")
+    return given
 
 
 def is_whole(given: object) -> bool:
@@ -180,7 +198,7 @@ def finite_of(name: str, given: float) -> float:
 
 def demand_of(certify: bool, digits: float | None, target_error: float | None) -> Demand | None:
     """The demand for a certificate; None where none is requested."""
-    if not certify and digits is None and target_error is None:
+    if not flag_of("certify", certify) and digits is None and target_error is None:
         return None
     from lagrange_cli.run.certify import Demand
 

@@ -6,6 +6,7 @@ them at a time makes what is missing.
 
 from __future__ import annotations
 
+import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Hashable, Mapping
@@ -31,6 +32,27 @@ MOST_SYSTEMS, MOST_PROGRAMS, MOST_VALUES = 32, 32, 200
 
 WORKING = threading.RLock()
 """Held while a system is read, derived or compiled, since these steps share caches of their own."""
+LOOKING = threading.RLock()
+"""Held for a moment while something kept is looked for."""
+
+
+def hold() -> None:
+    """Wait until no other thread holds a lock. In a process that was forked these would never be released,
+    since it has no other threads."""
+    WORKING.acquire()
+    LOOKING.acquire()
+
+
+def release() -> None:
+    """The end of ``hold``, in both processes; Ctrl-C may have cut that short."""
+    try:
+        LOOKING.release()
+    finally:
+        WORKING.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=hold, after_in_parent=release, after_in_child=release)
 
 
 class Recent(Generic[T]):
@@ -38,20 +60,19 @@ class Recent(Generic[T]):
 
     def __init__(self, most: int) -> None:
         self._most, self._found = most, OrderedDict[Hashable, T]()
-        self._lock = threading.Lock()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
         """The value kept under the key; it is made if there is none."""
-        with self._lock:
+        with LOOKING:
             if key in self._found:
                 self._found.move_to_end(key)
                 return self._found[key]
         with WORKING:
-            with self._lock:
+            with LOOKING:
                 if key in self._found:  # another thread has made it in the meantime
                     return self._found[key]
             made = make()
-            with self._lock:
+            with LOOKING:
                 self._found[key] = made
                 while len(self._found) > self._most:
                     self._found.popitem(last=False)
@@ -59,7 +80,7 @@ class Recent(Generic[T]):
 
     def clear(self) -> None:
         """Keep nothing."""
-        with self._lock:
+        with LOOKING:
             self._found.clear()
 
 

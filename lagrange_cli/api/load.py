@@ -29,4 +29,4 @@ def load(path: str | os.PathLike[str]) -> Stored:
     place = Path(path)
     if not place.exists():
         raise FileError(f"{place}: no such file")
-    return Stored(place)
+    return Stored(place.absolute())

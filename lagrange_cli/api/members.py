@@ -80,11 +80,15 @@ def values_of(name: str, given: Any) -> Any:
 
 
 def numbers(what: str, given: Any) -> Any:
-    """Values (count,) as doubles."""
+    """Values (count,) as doubles. What numpy merely takes for numbers, such as None, is refused."""
+    wrong = UsageError(f"{what} must be a sequence of numbers, not {given!r:.60}")
     try:
+        listed = np.asarray(given)
+        if listed.dtype.kind in "bSU" or any(one is None for one in listed.flat if listed.dtype.kind == "O"):
+            raise wrong
         return np.atleast_1d(np.array(given, dtype=np.float64))
     except (TypeError, ValueError) as error:
-        raise UsageError(f"{what} must be a sequence of numbers, not {given!r:.60}") from error
+        raise wrong from error
 
 
 def distribution(name: str, given: Any) -> str:

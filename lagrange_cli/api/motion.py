@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.api.given import flag_of
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.api.words import in_python, python_words
@@ -180,7 +181,7 @@ class Motion(Pictured):
 
         name = os.fspath(path)
         form = format_of(name)
-        target = find_target(name, force=force)
+        target = find_target(name, force=flag_of("force", force))
         save(self._followed, target, form)
 
     def to_xarray(self) -> xarray.DataTree:

@@ -9,11 +9,13 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
+from lagrange_cli.api.given import flag_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.style import check_matplotlib, plain
 from lagrange_cli.run.plot import PlotRequest, check_format, page_of, write
+from lagrange_cli.run.source import count_of
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.result import Result
 
@@ -82,7 +84,7 @@ class Picture:
         """
         name = os.fspath(path)
         format = check_format(name)
-        write(self.draw(format), find_target(name, force=force))
+        write(self.draw(format), find_target(name, force=flag_of("force", force)))
 
     def _repr_png_(self) -> bytes:
         return self.draw(".png")
@@ -135,11 +137,14 @@ def plot(
     asked = PlotRequest(words(what), x, words(y))
     if asked.what and (x or y):
         raise UsageError("what and y both say what to draw: give one of them")
+    if labels is not None and (isinstance(labels, str) or not isinstance(labels, Sequence)):
+        raise UsageError(f"labels must be a list of texts, one for each result, not {labels!r:.60}")
     if labels is not None and len(labels) != len(results):
-        raise UsageError(f"{len(labels)} labels do not fit {len(results)} results")
+        said = count_of(len(labels), "label"), count_of(len(results), "result")
+        raise UsageError(f"labels must be as many as the results: there are {said[0]} for {said[1]}")
     with ExitStack() as stack:
         opened = [stack.enter_context(Result(str(file_of(one, stack)))) for one in results]
-        for result, name in zip(opened, labels or names_of(results)):
+        for result, name in zip(opened, map(str, labels or names_of(results))):
             result.name = name
         return Picture(page_of(opened, asked), inches)
 

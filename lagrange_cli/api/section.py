@@ -40,7 +40,7 @@ class Section(Stored):
     """
 
     def __init__(self, folder: Folder, crossed: Crossed, notes: tuple[str, ...]) -> None:
-        super().__init__(folder.result, notes, folder)
+        super().__init__(folder, notes)
         self._crossed = crossed
 
     @property

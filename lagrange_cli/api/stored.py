@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.api.folder import Folder
+from lagrange_cli.api.given import flag_of
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.api.words import in_python, python_words
@@ -33,22 +34,40 @@ if TYPE_CHECKING:
 
 
 class Arrays(Mapping[str, Any]):
-    """The datasets of a file by path, each kept once it has been read; they cannot be written to. The
-    ``folder`` of the file is not removed before them.
+    """The datasets of a file by path, each kept once it has been read; they cannot be written to. A folder
+    is not removed before them; copies in other processes read the file again.
 
     Raises ``FileError`` where the file cannot be read, or is no output of lagrange.
     """
 
-    def __init__(self, path: Path, folder: Folder | None = None) -> None:
-        self._path, self._folder, self._kept = path, folder, dict[str, Any]()
-        with Result(str(path)) as result:
+    def __init__(self, place: Path | Folder) -> None:
+        self._place, self._kept = place, dict[str, Any]()
+        self._version = version(self.path)
+        with Result(str(self.path)) as result:
             self.attributes, self._names = result.attributes, dict.fromkeys(result.held)
+
+    def __reduce__(self) -> tuple[type[Arrays], tuple[Path | Folder]]:
+        return Arrays, (self._place,)
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._place.result if isinstance(self._place, Folder) else self._place
+
+    def file(self) -> Path:
+        """The file; raises ``FileError`` where it is gone, or another one has taken its place."""
+        now = version(self.path)
+        if now is None:
+            raise FileError(f"{self.path}: no such file")
+        if now != self._version:
+            raise FileError(f"{self.path} has changed since it was opened: load it again")
+        return self.path
 
     def __getitem__(self, path: str) -> Any:
         if path not in self._names:
             raise KeyError(path)
         if path not in self._kept:
-            with Result(str(self._path)) as result:
+            with Result(str(self.file())) as result:
                 found = result.read(path)
             found.flags.writeable = False
             self._kept[path] = found
@@ -59,6 +78,15 @@ class Arrays(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._names)
+
+
+def version(path: Path) -> tuple[int, ...] | None:
+    """What tells a file from one that takes its place; None where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 
 
 PARSED = ("parameters", "sizes", "run", "p_drift", "events", "sweep")
@@ -81,14 +109,14 @@ class Stored(Pictured):
         The other messages of the command.
     """
 
-    def __init__(self, path: Path, notes: tuple[str, ...] = (), folder: Folder | None = None) -> None:
-        self._path, self._folder, self.notes = path, folder, notes
-        self._arrays: Arrays = Arrays(path, folder)
+    def __init__(self, place: Path | Folder, notes: tuple[str, ...] = ()) -> None:
+        self.notes = notes
+        self._arrays: Arrays = Arrays(place)
 
     @property
     def path(self) -> Path:
         """The file, which may be read for as long as this object, or a group of its arrays, is there."""
-        return self._path
+        return self._arrays.path
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -112,7 +140,7 @@ class Stored(Pictured):
         return python_words(str(self._arrays.attributes["message"]))
 
     def __repr__(self) -> str:
-        return f"<output {self._path}: {self.name}, {self.message}>"
+        return f"<output {self.path}: {self.name}, {self.message}>"
 
     @property
     def datasets(self) -> Group:
@@ -170,12 +198,12 @@ class Stored(Pictured):
         name = os.fspath(path)
         if format_of(name) != HDF5:
             raise UsageError("many motions are written as HDF5: give a name that ends in .h5")
-        with find_target(name, force=force).filled() as place:
-            shutil.copyfile(self._path, place)
+        with find_target(name, force=flag_of("force", force)).filled() as place:
+            shutil.copyfile(self._arrays.file(), place)
 
     def _output(self, held: ExitStack) -> Path:
         """See ``plot.Drawable``."""
-        return self._path
+        return self._arrays.file()
 
     def view(self) -> Page:
         """A web page that replays the motion; that of a sweep has a slider for the members.
@@ -192,7 +220,7 @@ class Stored(Pictured):
         """
         from lagrange_cli.api.view import page_of_output
 
-        return page_of_output(self._path)
+        return page_of_output(self._arrays.file())
 
     def to_xarray(self) -> xarray.DataTree:
         """A tree of xarray's datasets with all dimensions, in memory. It needs the extra ``xarray``.
@@ -207,7 +235,7 @@ class Stored(Pictured):
             import xarray
         except ImportError as error:
             raise MissingPackage("to_xarray", "xarray", "xarray") from error
-        with xarray.open_datatree(self._path, engine="h5netcdf") as tree:
+        with xarray.open_datatree(self._arrays.file(), engine="h5netcdf") as tree:
             loaded: xarray.DataTree = tree.load()
         return loaded
 

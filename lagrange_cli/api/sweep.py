@@ -44,7 +44,7 @@ class Sweep(Stored):
     """
 
     def __init__(self, folder: Folder, swept: Swept, notes: tuple[str, ...]) -> None:
-        super().__init__(folder.result, notes, folder)
+        super().__init__(folder, notes)
         self._ensemble = swept.ensemble
 
     @property

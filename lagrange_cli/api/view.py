@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.given import Value, Values, check_lengths, request_of
+from lagrange_cli.api.given import Value, Values, check_lengths, flag_of, request_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.api.words import in_python
@@ -74,7 +74,8 @@ class Page:
         from lagrange_cli.store.find_target import find_target
 
         check_page(os.fspath(path))
-        write(self._page, find_target(os.fspath(path), force=force, ending=".html"))
+        target = find_target(os.fspath(path), force=flag_of("force", force), ending=".html")
+        write(self._page, target)
 
     def _repr_html_(self) -> str:
         style = f"width: 100%; height: {HEIGHT}px; border: 0"

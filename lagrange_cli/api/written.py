@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from lagrange_cli.api.kept import WORKING
@@ -34,9 +35,8 @@ class Written:
         UsageError
             There is no such format or form, or the system does not have this form.
         """
-        for what, word, known in (("format", format, FORMATS), ("form", form, FORMS)):
-            if word not in known:
-                raise UsageError(f"unknown {what} {word!r:.60}; known: {', '.join(known)}")
+        check_known("format", format, FORMATS)
+        check_known("form", form, FORMS)
         with WORKING:
             if format == "json":
                 import json
@@ -47,9 +47,16 @@ class Written:
             return written(in_form(self._derived, form), format, form, self._parameters)
 
     def as_data(self, form: str = "lagrange") -> dict[str, Any]:
-        """The object that ``lagrange equations --json`` prints."""
+        """The object that ``lagrange equations --json`` prints; raises ``UsageError`` as ``write``."""
+        check_known("form", form, FORMS)
         with WORKING:
             return data_of(in_form(self._derived, form), form, self._parameters)
 
     def __str__(self) -> str:
         return self.write()
+
+
+def check_known(what: str, word: str, known: Sequence[str]) -> None:
+    """Raise ``UsageError`` unless a word is one of those known."""
+    if word not in known:
+        raise UsageError(f"unknown {what} {word!r:.60}; known: {', '.join(known)}")

@@ -147,8 +147,9 @@ def encoded(path: Path, kind: str, fps: float, sample: np.ndarray) -> Iterator[A
             stream.close()
         said = process.stderr.read().decode("utf-8", "replace").strip().splitlines()
         if process.wait() != 0:
-            last = re.sub(r"^\[[^]]*\] ", "", said[-1]) if said else f"ended with status {process.returncode}"
-            raise OSError(f"ffmpeg: {last}")
+            # the first line says why, the others what follows from it
+            why = re.sub(r"^\[[^]]*\] ", "", said[0]) if said else f"ended with status {process.returncode}"
+            raise OSError(f"ffmpeg: {why}")
 
 
 def started(command: Sequence[str]) -> subprocess.Popen[bytes]:

@@ -51,7 +51,8 @@ class Output:
         """Raise what the sink has kept from HDF5."""
         if self.sink.error is not None:
             error = unwritable(self.target.shown, self.sink.error)
-            hint = "; --resume continues from the last checkpoint" if self._kept else ""
+            left = self.target.checkpoint.exists()  # by this run, or by the one that it continues
+            hint = "; --resume continues from the last checkpoint" if left else ""
             raise FileError(f"{error}{hint}") from self.sink.error
 
     def keep(self, checkpoint: Checkpoint) -> None:

@@ -28,7 +28,7 @@ def test_a_number_of_sympy_may_be_a_formula():
     assert found == float(sympy.pi / 3)
 
 
-@pytest.mark.parametrize("wrong", [Decimal("nan"), sympy.Symbol("x"), sympy.I, 1j, True, None, ""])
+@pytest.mark.parametrize("wrong", [Decimal("nan"), sympy.Symbol("x"), sympy.I, 1j, True, None, "", b"2"])
 def test_what_is_no_number_is_refused(wrong):
     with pytest.raises(lagrange.UsageError, match="set: l must be a number or an expression"):
         lagrange.solve(PENDULUM, set={"l": wrong}, stop=1)
@@ -62,6 +62,53 @@ def test_a_table_is_anything_with_columns(kind):
 def test_what_has_no_columns_is_no_table(wrong):
     with pytest.raises(lagrange.UsageError, match="table must be the name of a CSV file, or columns by name"):
         lagrange.sweep(PENDULUM, table=wrong, stop=1)
+
+
+@pytest.mark.parametrize("wrong", [[1, None], b"12", [True, False], ["1", "2"], np.array(["1"])])
+def test_what_numpy_takes_for_numbers_is_refused(wrong):
+    """None is nan for it, a text the number that it shows, and True is 1."""
+    with pytest.raises(lagrange.UsageError, match="over: l must be a sequence of numbers"):
+        lagrange.sweep(PENDULUM, over={"l": wrong})
+    with pytest.raises(lagrange.UsageError, match="table: l must be a sequence of numbers"):
+        lagrange.sweep(PENDULUM, table={"l": wrong})
+
+
+@pytest.mark.parametrize("name", ["portable", "proven", "project_initial", "certify", "cache"])
+def test_a_text_is_neither_yes_nor_no(name):
+    """``portable="no"`` would be yes."""
+    with pytest.raises(lagrange.UsageError, match=f"{name} must be True or False, not 'no'"):
+        lagrange.solve(PENDULUM, stop=1, **{name: "no"})
+    assert lagrange.solve(PENDULUM, stop=1, **{name: np.bool_(False)}).status == "complete"
+
+
+def test_a_text_replaces_no_file(folder):
+    motion = lagrange.solve(PENDULUM, stop=1)
+    motion.save("run.h5")
+    for result in (motion, lagrange.load("run.h5")):
+        with pytest.raises(lagrange.UsageError, match="force must be True or False, not 'no'"):
+            result.save("run.h5", force="no")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"methods": 3}, "methods must be a list of at least one, not 3"),
+        ({"methods": []}, "methods must be a list of at least one"),
+        ({"tolerances": 1e-6}, "tolerances must be a list of at least one, not 1e-06"),
+        ({"tolerances": [np.nan]}, "tolerances must be a finite number, not nan"),
+        ({"size": {"N": [2]}}, r"size: N must be a number or an expression, not \[2\]"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(given, message):
+    with pytest.raises(lagrange.UsageError, match=message):
+        lagrange.bench(PENDULUM, stop=1, **given)
+
+
+def test_an_unknown_form_is_refused():
+    equations = lagrange.equations(PENDULUM)
+    for ask in (equations.as_data, lambda form: equations.write(form=form)):
+        with pytest.raises(lagrange.UsageError, match="unknown form 'newton'; known: lagrange, "):
+            ask("newton")
 
 
 def test_a_single_member_is_one_member():

@@ -66,7 +66,8 @@ def test_sweeps_and_files_are_drawn(tmp_path):
         ({"results": [3]}, "not int"),
         ({"what": "q", "y": "h"}, "what and y both"),
         ({"what": "nosuch"}, "there is no such plot"),
-        ({"labels": ["a", "b"]}, "2 labels do not fit 1 results"),
+        ({"labels": ["a", "b"]}, "there are 2 labels for 1 result"),
+        ({"labels": 3}, "labels must be a list of texts, one for each result, not 3"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(given, message):

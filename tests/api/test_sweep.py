@@ -155,7 +155,7 @@ def test_an_output_is_loaded(tmp_path):
 
 def test_the_file_of_a_result_goes_with_it():
     swept = lagrange.sweep(PENDULUM, over={"l": [1, 2]}, stop=1)
-    folder = swept._folder.path
+    folder = swept.path.parent
     assert folder.is_dir()
     del swept
     gc.collect()

@@ -23,7 +23,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
-from lagrange_cli.integrate.methods import stepper
+from lagrange_cli.integrate.methods import stepper, taylor
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.output import Output
@@ -78,7 +78,7 @@ def whole(folder: Path, *arguments: str) -> bytes:
 KILLED = """
 import os, signal, sys
 from lagrange_cli.cli.main import run
-from lagrange_cli.integrate.methods import stepper
+from lagrange_cli.integrate.methods import stepper, taylor
 from lagrange_cli.store.output import Output
 
 stepper.POLL_SECONDS = 0.002  # so that there are checkpoints between any two writes of samples
@@ -180,6 +180,31 @@ def test_a_run_that_slides_slowly_goes_on_to_the_same_bytes(folder, interrupted_
     assert (folder / "out.h5").read_bytes() == expected
     with h5py.File("out.h5") as file:
         assert file.attrs["steps"] < 200
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_a_run_goes_on_to_the_same_bytes_where_a_step_has_many_samples(
+    folder, interrupted_after, monkeypatch, method
+):
+    """Chunks end within steps, also within the last one. If other ones do when the run goes on, rates within
+    a step are counted otherwise, or no state is kept from which a longer run goes on."""
+    monkeypatch.setattr(taylor, "chunk_size", lambda width: 37)
+    monkeypatch.setattr(stepper, "POLL_SECONDS", 0)  # it may be interrupted at each step
+    (folder / "spring.yaml").write_text("coordinates: {x: {initial: 1}}\nlagrangian: (x_dot**2 - x**2)/2\n")
+    run = ("spring.yaml", "--stop", "8", "--samples", "1001", "--method", method, "--outputs", "q,action")
+    run = (*run, "--tolerance", "1e-12", "-o", "out.h5", "--quiet")
+    assert solve(*run) == 0
+    expected = (folder / "out.h5").read_bytes()
+    patience, status = 0, 130
+    while status:
+        patience += 1
+        os.remove("out.h5")
+        interrupted_after(patience)
+        status = solve(*run)
+        interrupted_after(0)
+        assert not status or solve(*run, "--resume") == 0
+        assert (folder / "out.h5").read_bytes() == expected, f"interrupted when asked {patience} times"
+    assert patience > 4
 
 
 @pytest.mark.exhaustive(keep=0.35)
@@ -574,15 +599,18 @@ def test_two_processes_do_not_write_the_same_output(folder, capsys):
 def test_a_full_disk_keeps_what_the_last_checkpoint_has(folder):
     expected = whole(folder, *LONG)
     limit = len(expected) * 2 // 3
-    run = lagrange_process(
-        "solve", *LONG, "--checkpoint", "0", cwd=folder,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-    )  # fmt: skip
-    assert run.returncode == 5
-    assert run.stderr == (
-        "Error: out.h5 could not be written: File too large; --resume continues from the last checkpoint\n"
-    )
-    assert sorted(os.listdir(folder)) == [".out.h5.checkpoint", ".out.h5.part"]
+    for more in ((), ("--resume",)):
+        run = lagrange_process(
+            "solve", *LONG, "--checkpoint", "0", *more, cwd=folder,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+        )  # fmt: skip
+        assert run.returncode == 5
+        said, way_on = (
+            "out.h5 could not be written: File too large",
+            "--resume continues from the last checkpoint",
+        )
+        assert run.stderr == f"Error: {said}; {way_on}\n"
+        assert ".out.h5.checkpoint" in os.listdir(folder)
     assert solve(*LONG, "--resume") == 0
     assert (folder / "out.h5").read_bytes() == expected
 

@@ -342,6 +342,7 @@ REFUSED = {
         "--precision double-double follows one motion",
     ),
     "neither": ((), "give either --where EXPRESSION"),
+    "nothing": (("--where", " "), "give either --where EXPRESSION"),
     "both": (("--where", "x", "--every", "1"), "give either --where EXPRESSION"),
     "a direction of time": (("--every", "1", "--direction", "rising"), "--direction belongs to --where"),
     "unknown": (("--where", "y"), "--where y: unknown name 'y'"),

@@ -236,3 +236,12 @@ def test_the_crossings_of_one_motion_as_a_table(tmp_path):
     ):
         refused = lagrange(*asked, "-o", "b.csv", *more, cwd=tmp_path)
         assert refused.returncode == 2 and said in refused.stderr
+
+
+@pytest.mark.parametrize("more", [(), ("--over", "y0=0.1,0.2")], ids=["one motion", "many"])
+def test_a_finished_section_is_told_as_it_was_taken(tmp_path, more):
+    asked = "section", str(SYSTEMS / "henon_heiles.yaml"), "--where", "x", "--crossings", "3", *more
+    first, again = (json.loads(lagrange(*asked, "--resume", "--json", cwd=tmp_path).stdout) for _ in range(2))
+    assert {*again} < {*first}
+    assert {name for name in again if again[name] != first[name]} == {"seconds"}
+    assert (again["where"], again["direction"], again["members"]) == ("x", "rising", 2 if more else 1)

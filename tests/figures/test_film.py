@@ -1,5 +1,6 @@
 """Films: the pictures that go in come out, and the same ones are the same file."""
 
+import os
 import re
 import subprocess
 
@@ -79,4 +80,16 @@ def test_a_film_that_cannot_be_written_leaves_nothing(tmp_path):
 def test_an_ffmpeg_that_cannot_be_run_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "gone"))
     with pytest.raises(MissingPackage, match="needs ffmpeg: pip install"):
+        written(tmp_path / "a.mp4", ".mp4")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a script stands for ffmpeg")
+def test_the_first_thing_that_ffmpeg_says_is_the_reason(tmp_path, monkeypatch):
+    """What it says afterwards follows from it."""
+    script = tmp_path / "ffmpeg"
+    said = "[out#0/mp4 @ 0x1] Error: No space left on device\n[out#0/mp4 @ 0x1] Nothing was written"
+    script.write_text(f"#!/bin/sh\ncat > /dev/null\ncat >&2 <<END\n{said}\nEND\nexit 1\n")
+    script.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(script))
+    with pytest.raises(OSError, match=r"^ffmpeg: Error: No space left on device$"):
         written(tmp_path / "a.mp4", ".mp4")

@@ -102,6 +102,7 @@ def section(
     """
     from lagrange_cli.run.sections.request import SectionRequest
 
+    where, every = (text if text and text.strip() else None for text in (where, every))
     if (where is None) == (every is None):
         raise UsageError("give either --where EXPRESSION, as in --where x, or --every PERIOD")
     if every is not None and direction is not None:

@@ -34,6 +34,8 @@ MOST_CHANGES = 4
 """Changes of the method that are shown."""
 MOST_ROUNDED = 4
 """Inputs that are named."""
+SURFACE = "where", "every", "direction"
+"""Attributes of a section that say how it was taken."""
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
 
@@ -68,11 +70,13 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
     final: Mapping[str, Any] | None = json.loads(told.get("final", "null"))
     events = json.loads(told.get("events", "{}"))
     if asked.as_json:
-        names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
+        names = "name", "status", "message", "members", "method", "tolerance", "steps", "h_drift", *SURFACE
         listed = {name: told[name] for name in names if name in told}
         where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
-        ends = {} if "members" in told else {"t": found.t, "final": final}
-        emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
+        cut = any(name in told for name in SURFACE)
+        happened = {"members": told.get("members", 1)} if cut else {"events": events}
+        ends = {} if cut or "members" in told else {"t": found.t, "final": final}
+        emit_json({**listed, **where, **ends, **happened, "seconds": seconds})
     elif not asked.quiet:
         said = f"{told['name']}: {shown} is finished already: {told['message']}"
         emit("\n".join([said, *final_shown(final), *events_line(events)]))

@@ -64,7 +64,8 @@ class TaylorMethod(CompiledEquations):
             return halt(t) or due
 
         while True:
-            wanted = times.chunk(first, size)
+            # chunks end at the same samples wherever the motion has paused, or a run continues an earlier one
+            wanted = times.chunk(first, size - first % size)
             last = first + len(wanted) == times.count
             before_end = last and checkpoints.ends is not None and program.parts == 1 and len(wanted) > 0
             stop, done = stepper.fill(wanted, first, last and not before_end, pause, halt)
