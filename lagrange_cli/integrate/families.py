@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Total
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
-from lagrange_cli.families.poles import moving, slow
+from lagrange_cli.families.poles import moving, shown_slowly, slow
 from lagrange_cli.families.reactions import reactions
 from lagrange_cli.families.switching.switches import passing_where_parameters_jump
 from lagrange_cli.families.system import any_family_system, family_system, mostly_single
@@ -277,9 +277,12 @@ def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) ->
     smooth = system.smooth or system
     nodes = [*system.bonds.nodes] if system.bonds else []
     moved = system.joints.places if system.joints else ()
-    bounded, tame = dict[Node, Domain](), frozenset[Node]()
+    bounded: Collection[Node] = ()
+    tame = frozenset[Node]()
     if method == MANY_BODIES:
         bounded, tame = slow(smooth, needed([smooth.forces], smooth.slots))
+    elif METHODS[method].approaches:
+        _, tame, bounded = shown_slowly(smooth, needed([smooth.forces], smooth.slots))
     return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes, bounded, tame, large=large)
 
 
