@@ -56,7 +56,13 @@ class Motion:
         settings, spec = self.settings, self.spec
         finest, _ = METHODS[STIFF].tolerances[DOUBLE]
         chosen = settings.automatic and settings.without_implicit.method != STIFF
-        return chosen and settings.wanted >= finest and not spec.events and any(spec.forces.values())
+        if not chosen or settings.wanted < finest or not any(spec.forces.values()):
+            return False
+        if not spec.events:
+            return True
+        from lagrange_cli.run.linear_events import are_linear
+
+        return are_linear(spec)
 
     def cause(self, end: End) -> Cause | None:
         """The reason in the system for the end of the motion, if it could not go on."""

@@ -60,7 +60,7 @@ def settled(
         return made[method, tolerance]
 
     begun = prepared(asked.method, asked.tolerance)
-    if begun is None or begun.machine.program.events or begun.machine.program.parts > 1:
+    if begun is None or begun.machine.program.parts > 1:
         return motion, prepare if begun is None else keeping(prepare, asked, begun)
     if not asked.as_before:
         found = tried(begun, motion, request, stage)
@@ -68,6 +68,8 @@ def settled(
         if found is not None and other is not None and found.repays(other.machine.program):
             chosen = with_implicit(asked, found)
             begun = other
+    if begun.machine.program.events:
+        return replace(motion, settings=chosen), keeping(prepare, chosen, begun)
     from lagrange_cli.integrate.changing import Changing, alike
 
     def fitting(method: str, tolerance: float) -> Prepared | None:
