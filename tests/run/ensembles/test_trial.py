@@ -49,7 +49,7 @@ def test_what_members_tell_of_all() -> None:
     found = of_many([stiff, None], 8)
     assert found == Stiffness(1e-6, 1e4, 1e6)
     together = of_many([stiff, calm], 1)  # implicit steps: 100 of one, 4e5 of the other one
-    assert together is None and 1.1e6 / (100 + 4e5) < DEAR
+    assert together is None and DEAR > 1.1e6 / (100 + 4e5)
     assert of_many([Stiffness(1e-8, 2 * DEAR, 1e6)], 1) is not None
     assert of_many([Stiffness(1e-8, 2 * DEAR, 1e6)], 8) is None
     assert math.isclose(of_many([stiff, Stiffness(1e-8, 100, 1e6)], 1).replaces, 2e6 / 10100)  # type: ignore[union-attr]
