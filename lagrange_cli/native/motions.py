@@ -136,7 +136,6 @@ def cancelling(equations: Specification, parts: int) -> str:
 
 def double(equations: Specification) -> MotionCode:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
-    from lagrange_cli.native.rates.approaching import approach
     from lagrange_cli.native.rates.schemes import on_rates, scheme_of
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
@@ -167,6 +166,8 @@ def double(equations: Specification) -> MotionCode:
         families = related(residual.model, fewest=2) + related_integrals(equations)
         rates = replace(given_of(equations, room, project), rates=name, related=families, static=static)
         if scheme_of(equations.scheme).implicit and (listed := shown_slowly(residual)):
+            from lagrange_cli.native.rates.approaching import approach
+
             rates = replace(rates, approach=approach(residual, listed, *made))
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)
