@@ -8,7 +8,8 @@ steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -130,9 +131,23 @@ class Changing:
         known = STIFF in (self.first[0], *(one.method for one in snapshot.changes))
         found = trial.later(begin, self.explicit[1], known=known)
         implicit = None if found is None else self.prepare(STIFF, found.tolerance)
-        if found is None or implicit is None or not found.repays(implicit.machine.program):
+        if found is None or implicit is None:
+            return snapshot
+        before = max(self._implicit_lengths(snapshot.changes, start.times.start), default=math.inf)
+        usual = before * found.steps / (start.times.stop - snapshot.t)
+        found = replace(found, replaces=min(found.replaces, usual))
+        if not found.repays(implicit.machine.program):
             return snapshot
         return noted(snapshot, now, implicit, found.replaces)
+
+    def _implicit_lengths(self, changes: Sequence[MethodChange], begin: float) -> Iterator[float]:
+        """The average lengths of implicit steps, each time that there were any: they tell more than a moment
+        of the motion does."""
+        method, since, taken = self.first[0], begin, 0
+        for one in changes:
+            if method == STIFF and one.steps > taken:
+                yield (one.t - since) / (one.steps - taken)
+            method, since, taken = one.method, one.t, one.steps
 
 
 def next_look(program: Interface, steps: int) -> int:

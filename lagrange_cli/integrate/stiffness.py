@@ -43,7 +43,7 @@ MOST, PART, GROWTH = 2048, 8, 1.2
 """A trial takes no more steps than that, and no more than that part of all. It goes on as long as steps of
 ``Radau`` would grow by the factor while its length doubles."""
 DIFFERENCES = 4
-DEAR, CHEAP, MATRICES = 16.0, 2.0, 32.0
+DEAR, CHEAP, MATRICES = 16.0, 4.0, 32.0
 """Taylor steps that take longer than one of ``Radau``, those that do not, and how many numbers of its
 matrices for each coordinate take as long as a Taylor step (docs/engine.md)."""
 SHORTER = 0.25
@@ -54,7 +54,8 @@ DIGITS = 100.0
 
 @dataclass(frozen=True)
 class Stiffness:
-    """A step of ``Radau`` at the ``tolerance`` replaces so many Taylor steps, of about so many ``steps``."""
+    """A step of ``Radau`` at the ``tolerance`` replaces so many Taylor steps, of about so many ``steps`` that
+    are left."""
 
     tolerance: float
     replaces: float
@@ -136,7 +137,8 @@ class Trial:
         judged = self.judged(found, tolerance)
         if judged.replaces < DEAR:
             return None
-        return replace(judged, replaces=min(judged.replaces, self.left(found)))
+        left = self.left(found)
+        return replace(judged, replaces=min(judged.replaces, left), steps=left)
 
     def replaced(self, begin: Snapshot, tolerance: float, length: float) -> float:
         """How many Taylor steps a step of ``Radau`` at its ``tolerance`` replaces, from a time on that it has
