@@ -13,12 +13,13 @@ h |A v| + |A| |d|, so that u^2 becomes less by 2 |u s| l at most.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Term, Total
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.mechanics.approach import approached, is_linear, shells, tails
+from lagrange_cli.mechanics.approach import approached, is_linear, lost, revealed, shells, tails
+from lagrange_cli.records import dataclass
 
 WIDTH = 8.0
 """Exponents that are that large have about as much room in a step as larger ones."""
@@ -74,9 +75,26 @@ def distant(system: FamilySystem, totals: Iterable[Total]) -> dict[Node, tuple[N
     return found
 
 
-def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: Node) -> list[Term]:
+@dataclass(frozen=True)
+class Moved:
+    """What coordinates and velocities do in a step: how far they are at most from straight lines, and the
+    lengths of these, in arrays of each."""
+
+    bounds: Mapping[Array, Array]
+    shifts: Mapping[Array, Array]
+
+
+def moved_by(system: FamilySystem, degrees: int) -> Moved:
+    """New arrays of these."""
+    both = system.q, system.v
+    bounds, shifts = ({one: Array(Source.TOTAL, degrees) for one in both} for _ in range(2))
+    return Moved(bounds, shifts)
+
+
+def nearing(system: FamilySystem, totals: Iterable[Total], moved: Moved, span: Node) -> list[Term]:
     """For each pole the part of b by which it may become less in a step of the length ``span``, in which q
-    is not straight by up to ``bounds``. The targets mean nothing."""
+    is not straight by up to its bounds. The targets mean nothing."""
+    bounds = moved.bounds[system.q]
     slots, graph, found, listed = system.slots, system.slots.graph, list[Term](), [*totals]
     for base, domain in slow(system, listed)[0].items():
         b = base * base if is_linear(base, places(system)) else base
@@ -90,6 +108,37 @@ def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: 
         less = (slope * size) ** graph.number(0.5) - span * rate
         found.append(Term(domain, less / b, domain.together))
     return [*found, *crossing(system, listed, bounds, span)]
+
+
+def shown_slowly(
+    system: FamilySystem, totals: Iterable[Total]
+) -> tuple[dict[Node, Domain], frozenset[Node], frozenset[Node]]:
+    """What steps approach slowly that look at coordinates and velocities alike, in the terms of ``totals``,
+    and whose it is; the functions that do not hide then, and what has no poles."""
+    variables, seen = moving(system)[0], places(system) | system.slots.symbols_of(system.v)
+    found, tame, plain = dict[Node, Domain](), set[Node](), set[Node]()
+    for term in (term for total in totals for term in total.terms):
+        listed, slow_ones, poleless = revealed(reachable([term.node]), variables, seen)
+        found |= dict.fromkeys(listed, term.domain)
+        tame |= slow_ones
+        plain |= poleless
+    return found, frozenset(tame), frozenset(plain)
+
+
+def nearing_alike(system: FamilySystem, totals: Iterable[Total], moved: Moved, span: Node) -> list[Term]:
+    """For each of these the part by which it may become less in a step of the length ``span``. The targets
+    mean nothing."""
+    slots, found = system.slots, list[Term]()
+    for base, domain in shown_slowly(system, totals)[0].items():
+        rows = list[tuple[Node, Node, Node]]()
+        for symbol, slot in slots.inside(base):
+            if slot.array in moved.bounds:
+                given = moved.bounds[slot.array], moved.shifts[slot.array]
+                bound, shift = (slots.symbol(domain, one, slot.table) for one in given)
+                rows.append((symbol, bound, shift))
+        part = lost(slots.graph, base, moving(system)[0], (system.time, span), rows)
+        found.append(Term(domain, part, domain.together))
+    return found
 
 
 def crossing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: Node) -> Iterator[Term]:

@@ -1,6 +1,6 @@
-"""A motion that changes between Taylor series and implicit steps, where it becomes stiff or is so no more.
+"""A motion that changes between explicit and implicit steps, where it becomes stiff or is so no more.
 
-It is looked at after certain numbers of steps. There it stops, and a few Taylor steps are tried from its
+It is looked at after certain numbers of steps. There it stops, and a few explicit steps are tried from its
 state (``integrate.stiffness``). What they tell depends on that state and the stop time alone: neither on the
 seconds that anything took, nor on where a run was interrupted. So the same command always changes at the same
 steps.
@@ -8,7 +8,8 @@ steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import UNOBSERVED, End, MethodChange, Observer, Snapshot, Start
-from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
+from lagrange_cli.integrate.methods.table import STIFF
 from lagrange_cli.integrate.stiffness import CHEAP, PRICE, trial_of
 from lagrange_cli.native.state import CARRIED_COUNT, Clock
 from lagrange_cli.records import dataclass, replace
@@ -40,11 +41,11 @@ Asked = tuple[str, float]
 @dataclass(frozen=True)
 class Changing:
     """Follows a motion by the ``first`` method, and by others from where they are faster. ``prepare`` gives
-    what a method is prepared with, None where it cannot be used; Taylor series have the tolerance that is
-    ``asked`` for."""
+    what a method is prepared with, None where it cannot be used; the ``explicit`` one, mostly Taylor series,
+    has the tolerance that is asked for."""
 
     first: Asked
-    asked: float
+    explicit: Asked
     prepare: Callable[[str, float], Prepared | None]
 
     def follow(self, start: Start, observer: Observer = UNOBSERVED, threads: int | None = 1) -> End:
@@ -113,7 +114,7 @@ class Changing:
 
     def _changed(self, snapshot: Snapshot, start: Start, threads: int | None) -> Snapshot:
         """The snapshot from which the motion goes on: that of another method, if one is faster."""
-        now, series = self.prepared(snapshot.changes), self.prepare(TAYLOR, self.asked)
+        now, series = self.prepared(snapshot.changes), self.prepare(*self.explicit)
         if series is None:
             return snapshot
         begin = carried_over(snapshot, now.machine.program, series.machine.program)
@@ -122,17 +123,31 @@ class Changing:
         trial = trial_of(series, replace(start, state=first), threads)
         if trial is None:
             return snapshot
-        if now.compilation.method != TAYLOR:
+        if now.compilation.method == STIFF:
             since = snapshot.changes[-1].t if snapshot.changes else start.times.start
             length = (snapshot.t - since) / (snapshot.steps - steps_before(snapshot.changes))
             replaces = trial.replaced(begin, now.compilation.tolerance, length)
             return noted(snapshot, now, series, replaces) if replaces <= CHEAP else snapshot
         known = STIFF in (self.first[0], *(one.method for one in snapshot.changes))
-        found = trial.later(begin, self.asked, known=known)
+        found = trial.later(begin, self.explicit[1], known=known)
         implicit = None if found is None else self.prepare(STIFF, found.tolerance)
-        if found is None or implicit is None or not found.repays(implicit.machine.program):
+        if found is None or implicit is None:
+            return snapshot
+        before = max(self._implicit_lengths(snapshot.changes, start.times.start), default=math.inf)
+        usual = before * found.steps / (start.times.stop - snapshot.t)
+        found = replace(found, replaces=min(found.replaces, usual))
+        if not found.repays(implicit.machine.program):
             return snapshot
         return noted(snapshot, now, implicit, found.replaces)
+
+    def _implicit_lengths(self, changes: Sequence[MethodChange], begin: float) -> Iterator[float]:
+        """The average lengths of implicit steps, each time that there were any: they tell more than a moment
+        of the motion does."""
+        method, since, taken = self.first[0], begin, 0
+        for one in changes:
+            if method == STIFF and one.steps > taken:
+                yield (one.t - since) / (one.steps - taken)
+            method, since, taken = one.method, one.t, one.steps
 
 
 def next_look(program: Interface, steps: int) -> int:

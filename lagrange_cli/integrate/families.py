@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Total
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
-from lagrange_cli.families.poles import moving, slow
+from lagrange_cli.families.poles import moving, shown_slowly, slow
 from lagrange_cli.families.reactions import reactions
 from lagrange_cli.families.switching.switches import passing_where_parameters_jump
 from lagrange_cli.families.system import any_family_system, family_system, mostly_single
@@ -43,6 +43,8 @@ FEWEST_COSTLY = 100
 takes 5 to 30 ms."""
 FEWEST_PROVEN = 500
 """Terms of all sums from which on it takes long, or is refused, to write members out for proofs of steps."""
+FEWEST_DAMPED = 100
+"""Those from which on this takes longer than most motions that implicit steps can follow in loops."""
 TO_BE_PROVEN = "steps that have to be proven, on chains, with constraints, contact, friction"
 FEWEST_ONE_BY_ONE = 1000
 """Terms of all sums from which on the motions of an ensemble are followed one by one."""
@@ -58,15 +60,18 @@ def suited(spec: Spec, outputs: Collection[str]) -> FamilySystem | None:
     return None if narrow(system, MANY_BODIES) or system.mixed else system
 
 
-def unprovable(spec: Spec, outputs: Collection[str]) -> bool:
+def unprovable(spec: Spec, outputs: Collection[str], method: str = MANY_BODIES) -> bool:
     """Whether members of a large system would be written out since steps by series have to be proven, and are
-    not for steps of ``ias15``."""
+    not for steps of another method. Implicit ones miss no force then."""
     from lagrange_cli.integrate.compilation import Compilation
 
-    by_series, by_rates = (Compilation(one, 0.0, frozenset(outputs)) for one in (TAYLOR, MANY_BODIES))
+    by_series, by_rates = (Compilation(one, 0.0, frozenset(outputs)) for one in (TAYLOR, method))
     found, system = family_run_or_why(spec, by_series), family_run(spec, by_rates)
-    large = system is not None and system.terms >= FEWEST_PROVEN
-    return large and isinstance(found, WrittenOut) and found.what == TO_BE_PROVEN
+    if system is None or not isinstance(found, WrittenOut) or found.what != TO_BE_PROVEN:
+        return False
+    if METHODS[method].approaches:
+        return system.terms >= FEWEST_DAMPED and not narrow(system, method)
+    return system.terms >= FEWEST_PROVEN
 
 
 def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
@@ -279,9 +284,12 @@ def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) ->
     smooth = system.smooth or system
     nodes = [*system.bonds.nodes] if system.bonds else []
     moved = system.joints.places if system.joints else ()
-    bounded, tame = dict[Node, Domain](), frozenset[Node]()
+    bounded: Collection[Node] = ()
+    tame = frozenset[Node]()
     if method == MANY_BODIES:
         bounded, tame = slow(smooth, needed([smooth.forces], smooth.slots))
+    elif METHODS[method].approaches:
+        _, tame, bounded = shown_slowly(smooth, needed([smooth.forces], smooth.slots))
     return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes, bounded, tame, large=large)
 
 

@@ -63,6 +63,7 @@ def write_families(
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system, compilation.method)
+    approaches = METHODS[compilation.method].approaches and not hides and narrow(system)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
     ends = order > RATES and compilation.order is None and not integrands and not proven
     followed = system
@@ -82,7 +83,7 @@ def write_families(
         program = FamilyProgram(
             followed, observed, tolerance, order, sampled=system,
             scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
-            concise=concise,
+            concise=concise, approaches=approaches,
         ).written()  # fmt: skip
     except TooManyNumbers as error:
         if compilation.precision == DOUBLE and compilation.factor is None:

@@ -13,7 +13,7 @@ from lagrange_cli.integrate.methods.table import METHODS, MethodRow, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.contacts import without_contact_forces
-from lagrange_cli.mechanics.defect import may_hide
+from lagrange_cli.mechanics.defect import may_hide, shown_slowly
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.guards.equations import edges_of
 from lagrange_cli.mechanics.residual import Residual
@@ -109,7 +109,9 @@ def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str,
     """The features that steps of a method may miss, if they evaluate the equations at some points only."""
     if method.proves:
         return ()
-    narrow = (NARROW,) * may_hide(residual, without_contact_forces(residual))
+    roots = without_contact_forces(residual)
+    slowly = method.approaches and bool(shown_slowly(residual))
+    narrow = (NARROW,) * (may_hide(residual, roots) and not slowly)
     if method.finds_events:
         return narrow + (EDGES,) * touches(residual)
     edges = (EDGES,) * bool(edges_of(residual))

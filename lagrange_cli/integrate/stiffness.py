@@ -43,19 +43,23 @@ MOST, PART, GROWTH = 2048, 8, 1.2
 """A trial takes no more steps than that, and no more than that part of all. It goes on as long as steps of
 ``Radau`` would grow by the factor while its length doubles."""
 DIFFERENCES = 4
-DEAR, CHEAP, MATRICES = 16.0, 2.0, 32.0
+DEAR, CHEAP, MATRICES = 16.0, 4.0, 32.0
 """Taylor steps that take longer than one of ``Radau``, those that do not, and how many numbers of its
 matrices for each coordinate take as long as a Taylor step (docs/engine.md)."""
+SHORTER = 0.25
+"""A step of ``Radau`` replaces at least about so many Taylor steps where a motion is not stiff."""
 DIGITS = 100.0
 """The coordinates of a family are so many times as large as the absolute tolerance."""
 
 
 @dataclass(frozen=True)
 class Stiffness:
-    """A step of ``Radau`` at the ``tolerance`` replaces so many Taylor steps."""
+    """A step of ``Radau`` at the ``tolerance`` replaces so many Taylor steps, of about so many ``steps`` that
+    are left."""
 
     tolerance: float
     replaces: float
+    steps: float = math.inf
 
     def repays(self, implicit: Interface) -> bool:
         """Whether such a step takes less time."""
@@ -100,6 +104,11 @@ class Trial:
 
     def stiffness(self, tolerance: float) -> Stiffness | None:
         """That of the motion at a tolerance; None if it is not stiff, or has few steps."""
+        found = self.judgement(tolerance)
+        return found if found is not None and found.replaces >= DEAR else None
+
+    def judgement(self, tolerance: float) -> Stiffness | None:
+        """The same where it is not stiff, too; None if it has few steps."""
         first = self.on(None, 1, 1)
         if not first or self.start.times.stop - first[-1].t < LONG * (first[-1].t - self.start.times.start):
             return None
@@ -112,10 +121,10 @@ class Trial:
             if whole < LONG:
                 return None
             judged = self.judged(found, tolerance)
-            if judged.replaces >= DEAR:
-                return replace(judged, replaces=min(judged.replaces, whole))
-            if judged.replaces < GROWTH * before or 2 * taken > min(MOST, whole / PART):
-                return None
+            judged = replace(judged, replaces=min(judged.replaces, whole), steps=whole)
+            no_more = judged.replaces < GROWTH * before or 2 * taken > min(MOST, whole / PART)
+            if judged.replaces >= DEAR or no_more:
+                return judged
             taken, before, begin = 2 * taken, judged.replaces, found[-1]
 
     def later(self, begin: Snapshot, tolerance: float, *, known: bool) -> Stiffness | None:
@@ -128,7 +137,8 @@ class Trial:
         judged = self.judged(found, tolerance)
         if judged.replaces < DEAR:
             return None
-        return replace(judged, replaces=min(judged.replaces, self.left(found)))
+        left = self.left(found)
+        return replace(judged, replaces=min(judged.replaces, left), steps=left)
 
     def replaced(self, begin: Snapshot, tolerance: float, length: float) -> float:
         """How many Taylor steps a step of ``Radau`` at its ``tolerance`` replaces, from a time on that it has
@@ -193,7 +203,7 @@ def families_of(coordinates: Sequence[str]) -> list[int]:
 def trial_of(prepared: Prepared, start: Start, threads: int | None = 1) -> Trial | None:
     """Of a motion that is prepared for Taylor steps; None if it is not one that implicit steps may follow."""
     follower, program = prepared.follower, prepared.machine.program
-    if not isinstance(follower, TaylorMethod) or program.events or program.parts > 1:
+    if not isinstance(follower, TaylorMethod) or program.parts > 1:
         return None
     method = replace(follower, recompilation=None)
     unsampled = replace(start, times=replace(start.times, count=1, step=0.0))
@@ -202,8 +212,28 @@ def trial_of(prepared: Prepared, start: Start, threads: int | None = 1) -> Trial
 
 def stiffness(prepared: Prepared, values: Values, times: Times, threads: int | None = 1) -> Stiffness | None:
     """That of a motion which is prepared for Taylor steps; None if it is not stiff, or has switches."""
-    program = prepared.machine.program
-    if program.guarded:
-        return None
-    trial = trial_of(prepared, Start.of(program, values, times), threads)
+    trial = first_trial(prepared, values, times, threads)
     return None if trial is None else trial.stiffness(prepared.compilation.tolerance)
+
+
+def first_trial(prepared: Prepared, values: Values, times: Times, threads: int | None = 1) -> Trial | None:
+    """Where a motion begins; None if it has switches."""
+    program = prepared.machine.program
+    if program.guards:
+        return None
+    return trial_of(prepared, Start.of(program, values, times), threads)
+
+
+def of_many(found: Sequence[Stiffness | None], at_once: int) -> Stiffness | None:
+    """That of all members of an ensemble, from those of some of them; None where it takes less time to follow
+    all by explicit steps, ``at_once`` so many, than by implicit ones, one by one. A motion with few steps
+    does not count. Where one is not stiff, implicit steps may well be shorter than explicit ones."""
+    known = [one for one in found if one is not None]
+    stiff = [one for one in known if one.replaces >= DEAR]
+    if not stiff:
+        return None
+    explicit = sum(one.steps for one in known)
+    implicit = sum(one.steps / (one.replaces if one.replaces >= DEAR else SHORTER) for one in known)
+    if explicit < DEAR * at_once * implicit:
+        return None
+    return Stiffness(min(one.tolerance for one in stiff), explicit / implicit, explicit)

@@ -5,15 +5,25 @@ half (``families.poles``). Far away exp(-b) is 0 to the last bit. Where b is hal
 no narrower structure within one, it is seen before it matters. What is made of a b alone by powers changes
 with it by a factor that is about as small. An exponential whose exponent u is linear in a distance, as in
 Morse's potential, is approached from both sides like a pole at u = 0.
+
+Steps of ``Radau`` do the same in the space of places and velocities, for exponentials and for functions made
+of them, as in friction tanh(v/w), which is narrow and makes motions stiff: 1 + u^2 is halved at most.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.signs import Sign, signs
 
+if TYPE_CHECKING:
+    from lagrange_cli.expression.graph import Graph
+
+TAIL = frozenset({"exp"})
+SATURATED = TAIL | {"tanh", "atan", "sinh", "cosh"}
+"""Functions that change as fast as their arguments near 0, and little by little elsewhere."""
 OFFSET = 16.0
 """The largest c in exp(c - b) that does not hide: the force begins to matter not far from where b is 0."""
 
@@ -66,13 +76,17 @@ def multiplied(node: Node, variables: int) -> Node | None:
 
 
 def tails(
-    nodes: Iterable[Node], variables: int, places: int, bounded: Collection[Node]
+    nodes: Iterable[Node],
+    variables: int,
+    places: int,
+    bounded: Collection[Node],
+    functions: Collection[str] = TAIL,
 ) -> dict[Node, Node | None]:
-    """The exponentials whose exponents change slowly, each with what is approached slowly besides what is
-    ``bounded``, if anything is."""
+    """The exponentials, or other ``functions``, whose arguments change slowly, each with what is approached
+    slowly besides what is ``bounded``, if anything is."""
     found = dict[Node, Node | None]()
     for node in nodes:
-        if node.kind is not Kind.FUNCTION or node.data != "exp" or not node.symbols & variables:
+        if node.kind is not Kind.FUNCTION or node.data not in functions or not node.symbols & variables:
             continue
         u = node.arguments[0]
         if is_tail(u, variables, bounded):
@@ -80,6 +94,49 @@ def tails(
         elif not u.symbols & variables & ~places and is_convex(u, variables):
             found[node] = 1 + u * u
     return found
+
+
+def revealed(
+    nodes: list[Node], variables: int, seen: int
+) -> tuple[list[Node], frozenset[Node], frozenset[Node]]:
+    """What is approached slowly, if that is possible for all that is ``seen``: coordinates, velocities and
+    time. Besides, the functions that do not hide then, and what has no poles then (``defect.hides``).
+    Arguments come first."""
+    bounded = approached(nodes, variables, seen)
+    ends = tails(nodes, variables, seen, bounded, SATURATED)
+    listed = dict.fromkeys([*bounded, *(one for one in ends.values() if one is not None)])
+    tame, known = frozenset(ends), dict[Node, Sign]()
+    made = {*tame}
+    for node in nodes:
+        moving = [one for one in node.arguments if one.symbols & variables]
+        if moving and made.issuperset(moving):
+            made.add(node)
+    plain = frozenset(one for one in made if signs(one, known) is Sign.POSITIVE)
+    return [*listed], tame, plain.union(bounded)
+
+
+def lost(
+    graph: Graph,
+    base: Node,
+    variables: int,
+    time: tuple[Node, Node],
+    moved: Iterable[tuple[Node, Node, Node]],
+) -> Node:
+    """The part of what is ``revealed`` by which it may become less in a step, if ``moved`` has each
+    coordinate and velocity x, how far it is at most from a straight line within the step, and the length of
+    that line. ``time`` is t and the length of the step.
+
+    With the distances d and the lengths s, a convex function b becomes less by max(0, -sum_k db/dx_k s_k) +
+    (sum (db/dx_k)^2 sum d_k^2)^(1/2) at most.
+    """
+    half, b = graph.number(0.5), base * base if is_linear(base, variables) else base
+    rise, slope, size = graph.diff(b, time[0]) * time[1], graph.zero, graph.zero
+    for x, bound, shift in moved:
+        if b.symbols & x.symbols:
+            each = graph.diff(b, x)
+            rise += each * shift
+            slope, size = slope + each * each, size + bound * bound
+    return ((slope * size) ** half + ((rise * rise) ** half - rise) * half) / b
 
 
 def shells(nodes: Iterable[Node], variables: int, bounded: Collection[Node]) -> dict[Node, tuple[Node, Node]]:

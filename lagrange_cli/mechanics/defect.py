@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Kind, Node, reachable, union
-from lagrange_cli.mechanics.approach import core, linear_in, moving_factors
+from lagrange_cli.mechanics.approach import core, linear_in, moving_factors, revealed
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -78,6 +78,21 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     nodes = reachable(roots)
     speeds = union(residual.state_v)
     return hides(nodes, residual.variables, speeds, large=len(nodes) > MANY)
+
+
+def shown_slowly(residual: Residual, roots: Iterable[Node] | None = None) -> list[Node]:
+    """What steps have to approach slowly, in the space of coordinates and velocities, so that nothing hides
+    from them; nothing if nothing does, or if that does not help (``mechanics.approach``)."""
+    if residual.cyclic_momenta or not may_hide(residual, roots):
+        return []
+    nodes = reachable(residual.residual if roots is None else roots)
+    speeds = union(residual.state_v)
+    seen = union(residual.state_q) | speeds | residual.model.time.symbols
+    listed, slow, bounded = revealed(nodes, residual.variables, seen)
+    large = len(nodes) > MANY
+    if hides(nodes, residual.variables, speeds, large=large, bounded=bounded, slow=slow):
+        return []
+    return listed
 
 
 def hides(

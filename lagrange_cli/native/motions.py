@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.defect import Defect, defect, terms_of
+from lagrange_cli.mechanics.defect import Defect, defect, shown_slowly, terms_of
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.guards import GuardRows
@@ -136,7 +136,7 @@ def cancelling(equations: Specification, parts: int) -> str:
 
 def double(equations: Specification) -> MotionCode:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
-    from lagrange_cli.native.rates.schemes import on_rates
+    from lagrange_cli.native.rates.schemes import on_rates, scheme_of
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
     from lagrange_cli.native.stepping import static_forces
@@ -165,6 +165,10 @@ def double(equations: Specification) -> MotionCode:
             name, jet = BRIEF, jet + brief
         families = related(residual.model, fewest=2) + related_integrals(equations)
         rates = replace(given_of(equations, room, project), rates=name, related=families, static=static)
+        if scheme_of(equations.scheme).implicit and (listed := shown_slowly(residual)):
+            from lagrange_cli.native.rates.approaching import approach
+
+            rates = replace(rates, approach=approach(residual, listed, *made))
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)
     elif equations.steps:

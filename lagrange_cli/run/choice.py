@@ -5,7 +5,9 @@ evaluations of the forces. So where every coordinate has many terms, as where al
 ias15 may be faster at the same error: the operations of both are counted (``integrate.family_work``). It
 also passes places where drag along a vector, -c |u| u, has no series, which Taylor series pass only if
 members are written out. On chains, and beside switches such as contact, DOP853 does: there ias15 takes steps
-that are far too short, or none. Everything else is followed by Taylor series.
+that are far too short, or none. Where series would have to be proven with the members of a large system
+written out, and forces that damp it are narrow, Radau takes their place: at a tolerance that its steps are
+made for, it does not miss these forces, in loops. Everything else is followed by Taylor series.
 
 The choice is kept beside compiled programs, so that equations are not derived for it again. It does not
 depend on anything that is measured while it is made: the same command always chooses the same.
@@ -14,11 +16,11 @@ depend on anything that is measured while it is made: the same command always ch
 from __future__ import annotations
 
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
-from lagrange_cli.expression.syntax import Binary, Call, Number, parts
-from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, MODERATE, TAYLOR
+from lagrange_cli.expression.syntax import Binary, Call, Number, Tree, parts
+from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, MODERATE, STIFF, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
@@ -32,6 +34,9 @@ LOW = 4
 """Powers of coordinates up to this one do not hide."""
 ROOTS = frozenset({"sqrt", "norm"})
 HIDING = ROOTS | {"exp"}
+NARROW = HIDING | {"tanh", "atan", "sinh", "cosh"}
+LOOSE = 1e-9
+"""The tightest tolerance at which steps of order 5 are few enough."""
 
 
 def chosen_method(
@@ -47,13 +52,15 @@ def chosen_method(
     finest, default = METHODS[MANY_BODIES].tolerances[DOUBLE]
     fine = default if tolerance is None else tolerance
     weighed = fine >= finest and (terms >= TERMS * count > 0 or may_hide(spec))
-    if not weighed and not may_drag(spec):
+    damped = fine >= LOOSE and may_be_narrow(spec)
+    if not weighed and not damped and not may_drag(spec):
         return TAYLOR, ""
-    method, _, why = (kept if cached else examined)(spec, outputs, fine if weighed else None).partition(" ")
+    look = kept if cached else examined
+    method, _, why = look(spec, outputs, fine if weighed else None, damped).partition(" ")
     return method, why
 
 
-def kept(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
+def kept(spec: Spec, outputs: Collection[str], tolerance: float | None, damped: bool) -> str:
     """What ``examined`` says, from a note if there is one."""
     from lagrange_cli.native.compilation.fingerprint import fingerprint
     from lagrange_cli.spec.structure import structure
@@ -61,13 +68,13 @@ def kept(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
 
     cache = notes()
     if cache is None:
-        return examined(spec, outputs, tolerance)
+        return examined(spec, outputs, tolerance, damped)
     try:
-        key = json.dumps(["method", structure(spec), sorted(outputs), tolerance, fingerprint()])
+        key = json.dumps(["method", structure(spec), sorted(outputs), tolerance, damped, fingerprint()])
     except OSError:
-        return examined(spec, outputs, tolerance)
+        return examined(spec, outputs, tolerance, damped)
     known = cache.load(key)
-    why = examined(spec, outputs, tolerance) if known is None else known.decode()
+    why = examined(spec, outputs, tolerance, damped) if known is None else known.decode()
     if known is None:
         cache.store(key, why.encode())
     return why
@@ -75,14 +82,24 @@ def kept(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
 
 def may_drag(spec: Spec) -> bool:
     """Whether forces may contain the length of a velocity, as far as their form shows."""
-    sections = (*spec.forces.values(), spec.definitions) if spec.forces else ()
-    trees = [one.tree for section in sections for one in distinct(written(section))]
     return any(
         (isinstance(one, Call) and one.function in ROOTS)
         or (isinstance(one, Binary) and one.operator == "**" and not is_plain(one.right))
-        for tree in trees
-        for one in parts(tree)
+        for one in parts_of_forces(spec)
     )
+
+
+def may_be_narrow(spec: Spec) -> bool:
+    """Whether forces may be narrow, as far as their form shows."""
+    return any(isinstance(one, Call) and one.function in NARROW for one in parts_of_forces(spec))
+
+
+def parts_of_forces(spec: Spec) -> Iterator[Tree]:
+    """The parts of all forces that no potential gives, and of definitions."""
+    sections = (*spec.forces.values(), spec.definitions) if any(spec.forces.values()) else ()
+    for section in sections:
+        for one in distinct(written(section)):
+            yield from parts(one.tree)
 
 
 def may_hide(spec: Spec) -> bool:
@@ -107,9 +124,9 @@ def is_plain(exponent: object) -> bool:
     return isinstance(exponent, Number) and exponent.text.isdecimal()
 
 
-def examined(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
+def examined(spec: Spec, outputs: Collection[str], tolerance: float | None, damped: bool = False) -> str:
     """The method that suits a system, a space, and why. If there is no ``tolerance``, series are faster
-    wherever they exist."""
+    wherever they exist. It may be ``damped`` by narrow forces, and followed by implicit steps then."""
     from lagrange_cli.integrate.families import dragged, suited, unprovable
 
     weighed = TAYLOR
@@ -125,8 +142,10 @@ def examined(spec: Spec, outputs: Collection[str], tolerance: float | None) -> s
         weighed = TAYLOR if work.few else f"{TAYLOR} {said}"
     system = dragged(spec)
     if system is None:
-        if unprovable(spec, outputs):
-            return f"{MANY_BODIES} steps by series would have to be proven, with members written out"
+        able = (MANY_BODIES, *((STIFF,) if damped else ()))
+        other = next((one for one in able if unprovable(spec, outputs, one)), "")
+        if other:
+            return f"{other} steps by series would have to be proven, with members written out"
         return weighed
     plain = system.joints is None and system.smooth is None
     return f"{MANY_BODIES if plain else MODERATE} drag along a vector has no series where that is 0"

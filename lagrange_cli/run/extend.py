@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.decimals import decimal
 from lagrange_cli.errors import FileError
-from lagrange_cli.integrate.methods.table import STIFF, TAYLOR
+from lagrange_cli.integrate.methods.table import STIFF
 from lagrange_cli.records import replace
 from lagrange_cli.run.settings.samples import sample_times
 
@@ -32,8 +32,8 @@ def as_before(target: Target, settings: Settings, request: Request) -> Settings:
     asked = request.options.samples is not None or "step" in request.times
     if before is None or not is_later(settings.stop, before):
         return settings
-    if settings.automatic and head["method"] in (TAYLOR, STIFF):
-        implicit = replace(settings, method=STIFF, tolerance=head["tolerance"])
+    if settings.automatic and head["method"] in (settings.method, STIFF) and settings.method != STIFF:
+        implicit = replace(settings, method=STIFF, tolerance=head["tolerance"], explicit=settings.method)
         wanted, settings = settings.tolerance, implicit if head["method"] == STIFF else settings
         settings = replace(settings, as_before=wanted)
     if asked:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lagrange_cli.integrate.methods.table import METHODS, STIFF, TAYLOR
+from lagrange_cli.integrate.methods.table import METHODS, STIFF
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import read_run
@@ -55,8 +55,14 @@ class Motion:
         """Whether a trial may find another method than the one of the settings (``run.trial``)."""
         settings, spec = self.settings, self.spec
         finest, _ = METHODS[STIFF].tolerances[DOUBLE]
-        chosen = settings.automatic and settings.method in (TAYLOR, STIFF)
-        return chosen and settings.wanted >= finest and not spec.events and any(spec.forces.values())
+        chosen = settings.automatic and settings.without_implicit.method != STIFF
+        if not chosen or settings.wanted < finest or not any(spec.forces.values()):
+            return False
+        if not spec.events:
+            return True
+        from lagrange_cli.run.linear_events import are_linear
+
+        return are_linear(spec)
 
     def cause(self, end: End) -> Cause | None:
         """The reason in the system for the end of the motion, if it could not go on."""

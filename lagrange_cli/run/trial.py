@@ -1,9 +1,10 @@
-"""A motion that ``--method auto`` would follow by Taylor series is tried first if it may be stiff.
+"""A motion that ``--method auto`` would follow by explicit steps is tried first if it may be stiff.
 
 Only damping makes it so: where energy is conserved, implicit steps would damp what they do not resolve. At
 full precision steps of order 5 are too short anyway, so that runs without ``--tolerance`` are not tried. A
-trial takes one Taylor step, or, where thousands would follow, some more of them; its result depends on
-nothing but the motion (``integrate.stiffness``). On the way there are further ones (``integrate.changing``).
+trial takes one step of the method chosen for the system, mostly a Taylor step, or, where thousands would
+follow, some more of them; its result depends on nothing but the motion (``integrate.stiffness``). On the way
+there are further ones (``integrate.changing``).
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ def settled(
     What is wrong with a motion is left to the run to find.
     """
     spec, asked = motion.spec, motion.settings
-    series = with_proofs(spec, replace(asked, method=TAYLOR, tolerance=asked.wanted), iter([motion.values]))
-    if series.proven:
+    explicit = with_proofs(spec, asked.without_implicit, iter([motion.values]))
+    if explicit.proven:
         return motion, prepare
     meanwhile = partial(import_the_rest, request.format)
     chosen = asked
@@ -48,7 +49,7 @@ def settled(
     def prepared(method: str, tolerance: float) -> Prepared | None:
         """What a method is prepared with; None if it may not be used."""
         if (method, tolerance) not in made:
-            own = replace(series, method=method, tolerance=tolerance)
+            own = replace(explicit, method=method, tolerance=tolerance)
             options = {} if made else {"meanwhile": meanwhile}
             try:
                 found = prepare(spec, own, stage, cached=request.cache, **options)
@@ -59,14 +60,16 @@ def settled(
         return made[method, tolerance]
 
     begun = prepared(asked.method, asked.tolerance)
-    if begun is None or begun.machine.program.events or begun.machine.program.parts > 1:
+    if begun is None or begun.machine.program.parts > 1:
         return motion, prepare if begun is None else keeping(prepare, asked, begun)
     if not asked.as_before:
         found = tried(begun, motion, request, stage)
         other = None if found is None else prepared(STIFF, found.tolerance)
         if found is not None and other is not None and found.repays(other.machine.program):
-            chosen = replace(asked, method=STIFF, tolerance=found.tolerance, chosen_because=said(found))
+            chosen = with_implicit(asked, found)
             begun = other
+    if begun.machine.program.events:
+        return replace(motion, settings=chosen), keeping(prepare, chosen, begun)
     from lagrange_cli.integrate.changing import Changing, alike
 
     def fitting(method: str, tolerance: float) -> Prepared | None:
@@ -74,7 +77,7 @@ def settled(
         other = prepared(method, tolerance)
         return other if other and alike(begun.machine.program, other.machine.program) else None
 
-    follower = Changing((chosen.method, chosen.tolerance), series.tolerance, fitting)
+    follower = Changing((chosen.method, chosen.tolerance), (explicit.method, explicit.tolerance), fitting)
     return replace(motion, settings=chosen), keeping(prepare, chosen, replace(begun, follower=follower))
 
 
@@ -89,10 +92,17 @@ def tried(prepared: Prepared, motion: Motion, request: Request, stage: Stage) ->
         return stiffness(prepared, motion.values, times, request.threads)
 
 
-def said(found: Stiffness) -> str:
-    """Why implicit steps are chosen."""
-    replaces = float(f"{found.replaces:.0e}")
-    return f"the motion is stiff: at first a step replaces some {replaces:.0f} Taylor steps"
+def with_implicit(asked: Settings, found: Stiffness) -> Settings:
+    """The settings with the implicit steps that are chosen, and why."""
+    replaces, others = float(f"{found.replaces:.0e}"), in_words(asked.method)
+    because = f"the motion is stiff: at first a step replaces some {replaces:.0f} {others}"
+    chosen = replace(asked, method=STIFF, tolerance=found.tolerance, explicit=asked.method)
+    return replace(chosen, chosen_because=because)
+
+
+def in_words(method: str) -> str:
+    """Steps of a method."""
+    return "Taylor steps" if method == TAYLOR else f"steps of {method}"
 
 
 def keeping(prepare: Prepare, settings: Settings, prepared: Prepared) -> Prepare:

@@ -16,7 +16,7 @@ import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
 from lagrange_cli.integrate import changing, stiffness
 from lagrange_cli.integrate.methods import stepper
-from lagrange_cli.integrate.stiffness import Stiffness, Trial
+from lagrange_cli.integrate.stiffness import LONG, Stiffness, Trial
 from lagrange_cli.run.interrupts import Interrupts
 
 DRIVEN = """
@@ -83,6 +83,16 @@ embedding: {a: [x], b: [y]}
 potential: 10*(x - y - sin(t))**2 + y**2
 generalized_forces: {x: -2*sign(x_dot), y: -3*sign(y_dot)}
 solve: {stop: 40, samples: 41, tolerance: 1e-8}
+"""
+SWINGING = """
+name: swinging
+parameters: {k: 1e8, c: 1e4}
+coordinates: {x: {initial: 0.8}, y: {initial: -0.6}}
+masses: {bob: 1}
+embedding: {bob: [x, y]}
+potential: 9.81*y + k*(norm(bob) - 1)**2/2
+dissipation: c*((x*x_dot + y*y_dot)/norm(bob))**2/2
+solve: {stop: 20, samples: 11, tolerance: 1e-6}
 """
 ORBIT = """
 name: orbit
@@ -153,6 +163,15 @@ def test_there_and_back(cheap: None) -> None:
     turns = methods(motion)
     assert len(turns) > 3 and all(one != other for one, other in pairwise(turns))
     assert np.max(np.abs(motion.q["y"] - np.cos(motion.t) / 2 - np.sin(motion.t))) < 1e-3
+
+
+def test_a_motion_that_seems_stiff_now_and_then(cheap: None) -> None:
+    """At its turning points a pendulum on a hard, damped spring is smooth, and a step of Radau replaces some
+    hundred Taylor steps; but on the whole three. Once that is known, there is no way back to Radau."""
+    motion, series = lagrange_cli.solve(SWINGING), lagrange_cli.solve(SWINGING, method="taylor")
+    assert methods(motion) == ["Radau", "taylor"]
+    assert motion.attributes["steps"] > 0.6 * series.attributes["steps"] > 0.6 * LONG
+    assert distance(motion, series) < 1e-3
 
 
 def test_a_ball_comes_to_rest_on_a_hard_floor(cheap: None) -> None:

@@ -61,7 +61,8 @@ def constraints(method: str) -> bool:
 
 
 def narrow(method: str) -> bool:
-    motion = follow(FALL.format(potential="exp(-10**4*p.x**2)", more=""), 1.0, method=method, tolerance=1e-9)
+    potential = "exp(-10**4*p.x**2) + exp(-10**4*(p.x**2 - 4)**2)"
+    motion = follow(FALL.format(potential=potential, more=""), 1.0, method=method, tolerance=1e-9)
     return "narrow" not in motion.outcome.undetected
 
 

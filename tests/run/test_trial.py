@@ -96,12 +96,86 @@ def test_stiff_motions_end_where_taylor_series_do(text: str) -> None:
         (SYRUP, {"portable": True}),
         (SYRUP, {"certify": True, "stop": 10}),
         (SYRUP.replace("dissipation: c*x_dot**2/2", ""), {"set": {"a": 1e-5}, "stop": 1e4}),
-        (SYRUP + "events: {low: {when: x - 0.995}}", {}),
-        (SYRUP.replace("- x**2)/2", "- x**2)/2 + exp(-1000*(x - 0.5)**2)/1e6"), {}),
+        (SYRUP + "events: {low: {when: sin(100*x)}}", {}),
+        (SYRUP + "events: {slow: {when: x_dot}}", {}),
+        (SYRUP.replace("- x**2)/2", "- x**2)/2 + exp(-1000*(x**2 - 0.5)**2)/1e6"), {}),
     ],
 )
 def test_motions_that_are_followed_by_series(text: str, options: dict[str, object]) -> None:
     assert lagrange_cli.solve(text, **options).attributes["method"] == "taylor"
+
+
+CLUSTER = """
+name: cluster
+sizes: {N: 8}
+parameters: {c: 2e3}
+coordinates:
+  x[i in range(N)]: {initial: 1.2*(i % 3)}
+  y[i in range(N)]: {initial: 1.2*(i//3), velocity: sin(i)/10}
+masses: {"atom[i in range(N)]": 1}
+embedding: {"atom[i in range(N)]": ["x[i]", "y[i]"]}
+potential: >
+  sum(4*(norm(atom[i] - atom[j])**-12 - norm(atom[i] - atom[j])**-6) for i in range(N) for j in range(i))
+dissipation: c*sum(x_dot[i]**2 + y_dot[i]**2 for i in range(N))/2
+solve: {stop: 30, samples: 5, tolerance: 1e-6}
+"""
+JOINTS = """
+name: joints
+sizes: {N: 28}
+parameters: {eps: 1e-3, mu: 0.5}
+coordinates: {"a[i in range(N)]": {initial: 0.3*sin(i)}}
+masses: {"m[i in range(N)]": 1}
+embedding:
+  m[i in range(N)]: "[sum(sin(a[j]) for j in range(i + 1)), -sum(cos(a[j]) for j in range(i + 1))]"
+potential: 9.81*sum(m[i].y for i in range(N))
+generalized_forces: {"a[i in range(N)]": -mu*tanh(a_dot[i]/eps)}
+solve: {stop: 0.3, samples: 4, tolerance: 1e-6}
+"""
+PADS = """
+name: pads
+parameters: {k: 1e7, c: 1e5, e: 0.5}
+coordinates: {x: {initial: 0.6}, s: {initial: 0.1}, y: {initial: 1}}
+masses: {bob: 1, pad: 0.01, ball: 1}
+embedding: {bob: [sin(x), -cos(x)], pad: [s], ball: [y]}
+potential: 9.81*bob.y + k*s**2/2 + 9.81*y
+dissipation: c*s_dot**2/2 + 0.1*x_dot**2
+events:
+  floor: {when: y, direction: falling, action: {set: {y_dot: -e*y_dot}}}
+  middle: {when: x/2}
+solve: {stop: 1.2, samples: 7, tolerance: 1e-6}
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+def test_motions_that_other_explicit_steps_would_follow() -> None:
+    """A cluster, whose pairs ias15 follows best, in syrup: 50 thousand of its steps."""
+    motion, explicit = (lagrange_cli.solve(CLUSTER, method=one) for one in ("auto", "ias15"))
+    assert lagrange_cli.solve(CLUSTER, set={"c": 0.1}).attributes["method"] == "ias15"
+    assert motion.attributes["method"] == "Radau"
+    assert explicit.attributes["steps"] > max(LONG, 100 * motion.attributes["steps"])
+    for name in motion.q:
+        assert np.max(np.abs(motion.q[name] - explicit.q[name])) < 1e-5
+
+
+@pytest.mark.exhaustive(keep=1)
+def test_narrow_friction_in_a_chain_is_not_written_out(tmp_path) -> None:
+    motion, series = (lagrange_cli.solve(JOINTS, method=one) for one in ("auto", "taylor"))
+    assert motion.attributes["method"] == "Radau"
+    assert np.max(np.abs(motion.q["a"] - series.q["a"])) < 1e-5
+    assert lagrange_cli.solve(JOINTS, tolerance=1e-12, stop=0.01).attributes["method"] == "taylor"
+    (tmp_path / "joints.yaml").write_text(JOINTS)
+    told = lagrange("solve", "joints.yaml", "--stop", "0.01", cwd=tmp_path).stdout
+    assert "method Radau, as steps by series would have to be proven, with members written out" in told
+
+
+def test_events_that_are_linear_in_coordinates() -> None:
+    """The times of a ball that falls from 1 and keeps half its speed are known."""
+    motion, series = (lagrange_cli.solve(PADS, method=one) for one in ("auto", "taylor"))
+    assert motion.attributes["method"] == "Radau"
+    assert series.attributes["steps"] > 1000 * motion.attributes["steps"]
+    first = math.sqrt(2 / 9.81)
+    assert motion.events["floor"]["t"] == pytest.approx([first, 2 * first, 2.5 * first], abs=1e-6)
+    assert motion.events["middle"]["t"] == pytest.approx(series.events["middle"]["t"], abs=1e-5)
 
 
 def test_small_coordinates_are_as_precise() -> None:

@@ -29,7 +29,8 @@ class MethodRow:
     method gives the same bits on every machine. A ``parallel`` one spends its time in compiled code, so that
     several motions are followed at once. Whether a run can be resumed is no property of the row: a method
     that gives no snapshots is started again. One that ``constrains`` keeps motions to constraints. Errors of
-    one that is ``absolute`` are relative to 1 + the size of a coordinate or velocity.
+    one that is ``absolute`` are relative to 1 + the size of a coordinate or velocity. One that ``approaches``
+    most narrow forces by steps that become shorter does not miss these (``mechanics.approach``).
     """
 
     name: str
@@ -42,6 +43,7 @@ class MethodRow:
     finds_events: bool = False
     constrains: bool = False
     absolute: bool = False
+    approaches: bool = False
 
 
 TAYLOR = "taylor"
@@ -93,6 +95,7 @@ METHODS = {
                 finds_events=True,
                 constrains=True,
                 absolute=True,
+                approaches=name == STIFF,
             )
             for name in (MODERATE, STIFF)
         ),

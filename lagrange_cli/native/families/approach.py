@@ -1,9 +1,10 @@
-"""``@approach``: by how much a step may bring a motion nearer to a pole (``families.poles``)."""
+"""``@approach``: by how much a step may bring a motion nearer to a pole, or to where a narrow force acts
+(``families.poles``)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term
@@ -42,12 +43,13 @@ class _Largest(Writer):
                 self.most.set(f.larger(one, self.most.get()))
 
 
-def approach(arrangement: Arrangement, terms: Sequence[Term], bounds: Array, span: Node) -> str:
-    """The text of the function, of ``families.poles.nearing``: the largest of its terms. A step has the
-    length ``%h``, and ``%bounds`` has the ``bounds``."""
+def approach(arrangement: Arrangement, terms: Sequence[Term], bounds: Mapping[Array, int], span: Node) -> str:
+    """The text of the function, of ``families.poles.nearing`` or ``nearing_alike``: the largest of its terms.
+    A step has the length ``%h``, and ``%bounds`` has the ``bounds`` from these numbers on."""
     f = Function(APPROACH)
     vectors = DoubleVectors(f)
-    arrays = {**arrangement.state(f), bounds: f.pointer("%bounds")}
+    own = {array: f.place("%bounds", place, "double") for array, place in bounds.items()}
+    arrays = {**arrangement.state(f), **own}
     evaluation = arrangement.evaluation(vectors, arrays, Real(f, "%t", 1))
     step: Operands = vectors.operand(f.splat(Real(f, "%h", 1), LANES))
     evaluation = replace(evaluation, known={**evaluation.known, span: step})

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.poles import nearing
+from lagrange_cli.families.poles import moved_by, nearing, nearing_alike
 from lagrange_cli.families.rounding import of_integrands, places_of
 from lagrange_cli.families.static_forces import rounding_at_rest, rounding_of_joints
 from lagrange_cli.native.families.constraints.contacts import ContactRestraint
@@ -76,6 +76,7 @@ class Arrangement(Scratch):
         proven: bool = False,
         integrands: Observed = NOTHING,
         concise: bool = False,
+        approaches: bool = False,
     ) -> None:
         super().__init__(system)
         self.kind, self.factor, self.concise = kind, factor, concise
@@ -196,12 +197,13 @@ class Arrangement(Scratch):
                         if one is not None:
                             self.lasting.arranged(one)
         self.poles: list[Term] = []
-        """How much nearer a step may bring the motion to poles, with the array of ``bounds`` and the
-        ``span`` of ``families.poles``."""
-        self.bounds, self.span = Array(Source.TOTAL, self.degrees), self.graph.symbol("span")
-        if scheme and scheme_of(scheme).approaches:
+        """How much nearer a step may bring the motion to poles, or to where narrow forces act if it
+        ``approaches`` these, with the arrays of what it does and the ``span`` of ``families.poles``."""
+        self.moved, self.span = moved_by(system, self.degrees), self.graph.symbol("span")
+        if scheme and (approaches or scheme_of(scheme).approaches):
             forces = needed([system.forces], self.slots)
-            nearer = nearing(system, forces, self.bounds, self.span)
+            found = nearing_alike if approaches else nearing
+            nearer = found(system, forces, self.moved, self.span)
             self.poles = [replace(one, node=self.lasting.with_arrays(one)) for one in nearer]
         everyone = system.everyone
         force, mass = (self.slots.own(everyone, one) for one in (self.forces, self.lasting.masses))

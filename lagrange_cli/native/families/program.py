@@ -43,6 +43,7 @@ from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
+from lagrange_cli.native.rates.places import wide_of
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.doubles import accelerate
@@ -180,7 +181,13 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         families = [*related(self.system.spec), *self.alike]
         given = replace(self.given(interface, own, floors), rates=name, related=families)
         if self.poles:
-            given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
+            both = (self.moved.bounds, 0), (self.moved.shifts, wide_of(given.state))
+            at = {
+                array: place + first
+                for arrays, place in both
+                for array, first in zip(arrays.values(), (0, self.degrees))
+            }
+            given = replace(given, approach=approach(self, self.poles, at, self.span))
         work, steps = on_rates(self.scheme, given, self.coupling_of_steps, work)
         return work, [*texts, steps]
 

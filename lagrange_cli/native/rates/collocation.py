@@ -14,8 +14,18 @@ import math
 from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.rates.implicit import BEYOND, THETA, ImplicitSteps, areas
-from lagrange_cli.native.rates.places import HEAD, span_of, wide_of
-from lagrange_cli.native.rates.radau_constants import COMPLEX, NODES, PARTS, REAL, STAGES, VALUES, WEIGHTS
+from lagrange_cli.native.rates.places import HEAD, NEARER, span_of, wide_of
+from lagrange_cli.native.rates.radau_constants import (
+    COMPLEX,
+    NODES,
+    PARTS,
+    POLYNOMIAL,
+    REAL,
+    STAGES,
+    VALUES,
+    WEIGHTS,
+)
+from lagrange_cli.native.rates.steps import SMALLEST
 from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.polynomial import weighed
@@ -25,6 +35,10 @@ ROUNDS = 7
 AHEAD = 16.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 DIVERGED, UNSOUND = 0.0, -1.0
+RAISED = tuple(k * (k + 1) ** (-1 - 1 / k) if k else 0.0 for k in range(STAGES))
+"""How far s^(k + 1) is from s at most, for s from 0 to 1."""
+LIFTED = tuple(k * (k + 1) ** (-1 - 1 / k) / (k + 1) for k in range(1, STAGES + 1))
+"""The same of its integral: s^(k + 1)/(k + 1), and so much of s."""
 
 
 class CollocationSteps(ImplicitSteps):
@@ -210,3 +224,22 @@ class CollocationSteps(ImplicitSteps):
             slopes = self.rows(f, "f", i)
             for k in range(STAGES):
                 self.put_row(f, wide * weighed(f, slopes, WEIGHTS[k]), f"z{k}", i)
+
+    def approached(self, f: Function, t: Real, h: Real) -> Real:
+        """By what the step may be longer, by how near it brings the motion to where narrow forces act."""
+        lanes, degrees, wide = self.lengths.lanes, self.state.degrees, f.splat(h, self.lengths.lanes)
+        bounds, shifts = self._places.spare, self._places.spare + wide_of(self.state)
+        for row, shares in ((0, LIFTED), (degrees, RAISED)):
+            with f.loop(0, degrees, lanes, tested=False) as i:
+                z = self.rows(f, "z", i)
+                terms = [weighed(f, z, POLYNOMIAL[k]) for k in range(STAGES)]
+                moved = f.zero(lanes) if row else f.load_row("%state", i + degrees, lanes)
+                bound = f.zero(lanes)
+                for k, (term, share) in enumerate(zip(terms, shares)):
+                    moved = f.fused(term, 1.0 if row else 1.0 / (k + 2), moved)
+                    bound = f.fused(f.magnitude(term), share, bound)
+                for area, value in ((bounds, bound), (shifts, moved)):
+                    f.store_row(value if row else value * wide, "%work", i + (area + row))
+        at = f.place("%work", bounds, "double")
+        part = f.call(Real, "approach", f.pointer("%constants"), t, f.pointer("%state"), at, h)
+        return f.constant(NEARER) / f.larger(part, f.constant(SMALLEST))

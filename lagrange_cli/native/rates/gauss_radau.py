@@ -17,10 +17,10 @@ from math import comb
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.rates.gauss_radau_lengths import LEAST, GaussRadauLengths
+from lagrange_cli.native.rates.gauss_radau_lengths import GaussRadauLengths
 from lagrange_cli.native.rates.gauss_radau_nodes import STRIDE, TERMS, inverse, products, tables
 from lagrange_cli.native.rates.gauss_radau_sizes import ORDER
-from lagrange_cli.native.rates.places import HEAD, HEADER
+from lagrange_cli.native.rates.places import HEAD, HEADER, LEAST
 from lagrange_cli.native.rates.steps import Trial
 from lagrange_cli.native.stepping.polynomial import powers
 

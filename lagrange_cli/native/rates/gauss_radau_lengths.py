@@ -8,6 +8,7 @@ from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_rough
 from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.rates.gauss_radau_nodes import TERMS
 from lagrange_cli.native.rates.gauss_radau_sizes import GaussRadauSizes
+from lagrange_cli.native.rates.places import LEAST, NEARER
 from lagrange_cli.native.rates.steps import LARGEST, SMALLEST
 
 LAST_TERM = 1e-9
@@ -21,11 +22,6 @@ of the right length at full double precision. Rates are rounded where it is less
 power of the ratio between these."""
 NO_LONGER = 1.25
 """If a step whose rates are rounded should be longer by no more than this, these errors are measured."""
-LEAST = 0.8
-"""A step is taken again that should have been shorter by this factor."""
-NEARER = 0.5
-"""The part by which the square of a distance with a pole may become less in a step: its force is seen
-at nodes before it matters between them."""
 
 
 class GaussRadauLengths(GaussRadauSizes):

@@ -19,6 +19,12 @@ LATER, TRIED, WITHIN, RISES = range(EVALUATIONS + 1, EVALUATIONS + 5)
 length that is tried, where forces may cancel at rest; up to where what guards look at is known; and whether
 what begins at 0 rises if it seems to do so farther on (``Roots``)."""
 
+NEARER = 0.5
+"""The part by which the square of a distance with a pole may become less in a step, or what tells where
+narrow forces act: these are seen at nodes before they matter between them."""
+LEAST = 0.8
+"""A step is taken again that should have been shorter by this factor."""
+
 
 def span_of(layout: StateLayout) -> int:
     """Doubles of a number for each rate, in whole vectors that may begin at any of them."""

@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_rough
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps
 from lagrange_cli.native.rates.implicit import CHOSEN, CURRENT, ERROR, RENEW, THETA, TRIED
-from lagrange_cli.native.rates.places import HEAD, HEADER, Places
+from lagrange_cli.native.rates.places import HEAD, HEADER, LEAST, Places
 from lagrange_cli.native.rates.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.rates.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
 from lagrange_cli.native.rates.steps import Trial
@@ -77,7 +77,13 @@ class RadauSteps(CollocationSteps):
         self.note(f, f.constant(1.0), TRIED, "cache")
         factor = self._factor(f, h, square.get(), iterations.get())
         again_too = ~converged | (square.get() > 1.0)
-        return Trial(f.select(converged, factor, f.constant(FAILED)), again_too, sound)
+        factor = f.select(converged, factor, f.constant(FAILED))
+        if self.given.approach:
+            nearest = f.variable(f.constant(math.inf))
+            with f.when(converged & ~again_too):
+                nearest.set(self.approached(f, t + low, h))
+            factor, again_too = f.smaller(factor, nearest.get()), again_too | (nearest.get() < LEAST)
+        return Trial(factor, again_too, sound)
 
     def _factor(self, f: Function, h: Real, square: Real, iterations: Real) -> Real:
         """By what the step should be longer, with that square of its error after so many iterations; and what

@@ -43,7 +43,8 @@ class Given:
     approach: str = ""
     """The text of ``@approach(constants, t, state, bounds, h)``, if forces have poles: by what part
     that which is 0 there may become less within a step, if coordinates are no farther from a straight motion
-    than the bounds."""
+    than the bounds. Where velocities count as well, the bounds of all rows are followed by how far they get
+    from where the step begins to its end (``rates.approaching``)."""
     coupling: Coupling | None = None
     """Which rates depend on which coordinates, for implicit steps."""
     rates: str = "jet"

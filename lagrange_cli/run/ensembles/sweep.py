@@ -12,6 +12,7 @@ from lagrange_cli.run.ensembles.ensemble import Ensemble, prepare_ensemble
 from lagrange_cli.run.ensembles.files import MembersFile
 from lagrange_cli.run.ensembles.follow import Group, follow_and_write
 from lagrange_cli.run.monitor import SILENT, Monitor
+from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.resume import Start, begun
 
 if TYPE_CHECKING:
@@ -52,6 +53,10 @@ def sweep(
         UsageError: the samples of a member do not fit into memory.
         FileError: the output cannot be written, or an earlier run is in the way.
     """
+    if Motion(ensemble.spec, ensemble.values.of(0), ensemble.settings).may_be_stiff:
+        from lagrange_cli.run.ensembles.trial import settled
+
+        ensemble = settled(ensemble, request, monitor.stage)
     with target.claimed():
         start = begun(target, made_by(ensemble), request, monitor)
         if start.finished is not None:

@@ -54,6 +54,8 @@ class Settings:
     automatic: bool = False
     """Whether the method is what ``--method auto`` means for any motion of the system, so that a trial may
     find another one (``run.trial``)."""
+    explicit: str = ""
+    """The method of ``--method auto`` without implicit steps, where a trial has chosen these."""
     as_before: float | None = None
     """The tolerance that is asked for, if the run extends another one, whose method and tolerance it has."""
 
@@ -61,6 +63,11 @@ class Settings:
     def wanted(self) -> float:
         """The tolerance that is asked for."""
         return self.tolerance if self.as_before is None else self.as_before
+
+    @property
+    def without_implicit(self) -> Settings:
+        """The settings before a trial has chosen implicit steps."""
+        return replace(self, method=self.explicit or self.method, tolerance=self.wanted)
 
     @property
     def method_shown(self) -> str:
