@@ -6,8 +6,9 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.model.sparse import SparseElimination, eliminated
 
-MOST = 64
-"""Numbers of L for each unknown in L D L^T up to which it is sparse."""
+MOST, MOST_IN_TURN = 64, 48
+"""Numbers of L for each unknown in L D L^T up to which it is sparse; and unknowns that are found together, if
+some constraints follow from others in turn."""
 DENSE = 2048
 """Unknowns up to which L D L^T may be dense: 32 MB, and 1.4e9 multiplications a step."""
 
@@ -27,6 +28,11 @@ def elimination_of(count: int, places: Places, waiting: int | None = None) -> Sp
     if found is None and count > DENSE:
         raise Unsuited
     return found
+
+
+def in_small_parts(count: int, pairs: Places) -> bool:
+    """Whether the equations are several that do not meet each other, of few unknowns each."""
+    return max(map(len, parts_of(count, pairs))) <= MOST_IN_TURN
 
 
 def parts_of(count: int, pairs: Places) -> list[list[int]]:

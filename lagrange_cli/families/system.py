@@ -25,7 +25,7 @@ from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.elimination import parts_of
+from lagrange_cli.families.elimination import in_small_parts
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
@@ -37,7 +37,7 @@ from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
 from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.families.switching.switches import passing_where_parameters_jump, smooth_of
+from lagrange_cli.families.switching.smooth import passing_where_parameters_jump, smooth_of
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -59,9 +59,9 @@ FEWEST_BOUND = 12
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 FEWEST_COUPLED = 6
 """Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
-MOST_IN_TURN, MOST_WRITTEN_OUT = 48, 150
-"""Unknowns that are found together, if some constraints follow from others in turn; and coordinates up to
-which members are written out if they are more, or if there is contact, or friction."""
+MOST_WRITTEN_OUT = 150
+"""Coordinates up to which they are, too, if some constraints follow from others in turn, where these are not
+in small parts, or there is contact, or friction."""
 ALONE = 300
 """Operations of expressions that stand alone up to which they do no harm beside loops."""
 SPARED = 3
@@ -158,20 +158,17 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
     left_out = tuple(one for one in spec.left_out if one not in spec.in_turn)
     with suppress(Unsuited, Differ):
         found = of_any_kind(replace(spec, left_out=left_out), algebra)
-        if found.smooth is None and found.contacts is None and in_small_parts(found):
+        equations = found.saddle or found.bonds
+        if (
+            found.smooth is None
+            and found.contacts is None
+            and equations is not None
+            and in_small_parts(equations.count, equations.places_of_entries)
+        ):
             return replace(found, spec=spec)
     if len(spec.coordinates) <= MOST_WRITTEN_OUT:
         raise Unsuited
     return replace(of_any_kind(replace(spec, in_turn=()), algebra), spec=spec)
-
-
-def in_small_parts(system: FamilySystem) -> bool:
-    """Whether the equations for multipliers are several that do not meet each other."""
-    equations = system.saddle or system.bonds
-    if equations is None:
-        return False
-    parts = parts_of(equations.count, equations.places_of_entries)
-    return max(map(len, parts)) <= MOST_IN_TURN
 
 
 def of_any_kind(spec: Spec, algebra: type[GraphAlgebra]) -> FamilySystem:

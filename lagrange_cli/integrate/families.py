@@ -13,7 +13,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.poles import moving, shown_slowly, slow
 from lagrange_cli.families.reactions import reactions
-from lagrange_cli.families.switching.switches import passing_where_parameters_jump
+from lagrange_cli.families.switching.smooth import passing_where_parameters_jump
 from lagrange_cli.families.system import any_family_system, family_system, mostly_single
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE

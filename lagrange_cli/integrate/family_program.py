@@ -11,7 +11,7 @@ from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.impacts.resting import with_contacts
 from lagrange_cli.families.polynomials import order_of_all
-from lagrange_cli.families.switching.switches import with_modes_in
+from lagrange_cli.families.switching.smooth import with_modes_in
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.compilation import portable_if_asked
 from lagrange_cli.integrate.families import narrow

@@ -7,7 +7,7 @@ it has as many modes as its argument has different values among the members.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING
@@ -35,45 +35,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.expression.index_arrays import Places
-
-
-def with_modes(system: FamilySystem) -> FamilySystem | None:
-    """The system with modes in place of the switches in its forces and in the arguments of its events; None
-    if there are none.
-
-    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
-    another way than coordinates that rub or meet do (``families.switching.friction``); where an argument of
-    another switch jumps in time; and for switches in masses, in joints and in constraints.
-    """
-    found = Switching(system)
-    if not found.any:
-        return None
-    found.refuse()
-    return found.smooth()
-
-
-def smooth_of(system: FamilySystem) -> FamilySystem | None:
-    """The system with modes in place of switches, if it has any."""
-    smooth = with_modes(system)
-    if smooth is not None and system.contacts is not None and smooth.modes and smooth.modes.limits:
-        raise Unsuited  # friction would have to know the forces of contact
-    return smooth
-
-
-def passing_where_parameters_jump(system: FamilySystem) -> FamilySystem:
-    """The same system, whose motions pass where the signs of parameters say whether forces jump: those that
-    would have to be held there end."""
-    passing = replace(system, passes=True)
-    return replace(passing, smooth=smooth_of(passing))
-
-
-def with_modes_in(
-    system: FamilySystem, listed: Sequence[Total]
-) -> tuple[FamilySystem, Mapping[Total, Total]]:
-    """The same of a system that has some, and of further totals that are ``listed``: with modes, by those
-    without."""
-    found = Switching(system, listed)
-    return found.smooth(), {one: found.of(one) for one in listed}
 
 
 class Switching(Switched):
