@@ -1,7 +1,11 @@
-"""Pages do what solve does where friction holds a motion, where events happen at one time, and at edges."""
+"""Pages do what solve does where friction holds a motion, where events happen at one time, at edges, and with
+constraints that follow from others."""
 
 from __future__ import annotations
 
+import warnings
+
+import numpy as np
 import pytest
 
 import lagrange_cli as lagrange
@@ -75,6 +79,29 @@ def test_pages_do_what_solve_does_at_events(text, stop, values):
     assert page["reason"] == "" and page["events"] == events
     assert page["q"] == pytest.approx(q, abs=1e-12)
     assert page["v"] == pytest.approx(v, abs=1e-12)
+
+
+LINKAGE = """
+parameters: {a: 1, b: 0.6, alpha: 1, beta: asin(b*sin(alpha)/a)}
+coordinates: {t1: {initial: 1, velocity: 6}, t2: {}, t3: {}}
+definitions:
+  along: [cos(t1), sin(t1), 0]
+  across: [-sin(t1)*cos(beta), cos(t1)*cos(beta), sin(beta)]
+masses: {one: 1, two: 1}
+positions: {one: b*along, two: b*along + a*(cos(t2)*along + sin(t2)*across)}
+potential: 9.81*(one.y + two.y)
+constraints: {joint: "two - (a + b*cos(t3), b*cos(alpha)*sin(t3), b*sin(alpha)*sin(t3))"}
+"""
+
+
+def test_on_pages_constraints_follow_from_others_in_turn():
+    """Bennett's linkage, which is folded on the way."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lagrange.LagrangeWarning)
+        page, _, q, v = compared(LINKAGE, 2.0)
+    assert page["reason"] == "" and q[0] > 2 * np.pi
+    assert page["q"] == pytest.approx(q, abs=1e-12)
+    assert page["v"] == pytest.approx(v, abs=1e-11)
 
 
 def test_a_page_ends_a_motion_at_the_edge_of_a_domain():
