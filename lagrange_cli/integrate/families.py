@@ -259,7 +259,9 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
             "the accelerations are found along chains and trees, from their tips to their roots and back"
         )
     if system.bonds is not None and system.bonds.surplus:
-        said.append("some constraints follow from others in turn: each step leaves out the best ones")
+        from lagrange_cli.mechanics.omitted_work import IN_TURN
+
+        said.append(IN_TURN)
     said.append(f"the forces have {system.terms} terms in all")
     if system.steady:
         said.append("the equations do not depend on t")

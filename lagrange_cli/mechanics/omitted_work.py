@@ -9,6 +9,8 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 
+IN_TURN = "some constraints follow from others in turn: each step leaves out those that are best left out"
+
 
 def has_forces(residual: Residual) -> bool:
     """Whether there are forces besides those in L."""
@@ -37,6 +39,8 @@ def engine(residual: Residual) -> tuple[str, ...]:
     elif len(blocks) > 1:
         listed = in_short(["{" + in_short([names[k] for k in block]) + "}" for block in blocks])
         said.append(f"{matrix} is block-diagonal, {listed}: each block is factored separately")
+    if residual.surplus:
+        said.append(IN_TURN)
     if not any(node.symbols & model.time.symbols for node in residual.residual):
         said.append("the equations do not depend on t: no Taylor series of t is computed")
     count = len(_parameter_nodes(residual))

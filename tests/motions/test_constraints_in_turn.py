@@ -155,6 +155,12 @@ def test_bennetts_linkage_turns(method: str, ratio: float, twist: float, angle: 
     assert np.ptp(motion.h) <= {"taylor": 1e-12, "ias15": 1e-12, "DOP853": 1e-6, "radau": 1e-7}[method]
 
 
+def test_check_says_so() -> None:
+    """And what depends on others; the printed equations are without it."""
+    found = lagrange.check(BENNETT.format(ratio=0.6, twist=1, angle=1, rate=6))
+    assert "follow from others in turn" in "\n".join(found.engine)
+
+
 RINGS = """
 parameters: {a: 1, b: 0.8, T: 0.3}
 bodies:
