@@ -140,6 +140,35 @@ def test_rings_on_two_ball_joints() -> None:
     assert many.attributes["steps"] <= alone.attributes["steps"] + 20
 
 
+HUNG = """
+sizes: {{N: {count}}}
+coordinates:
+  x[i in range(N)]: {{initial: 0.3*i}}
+  y[i in range(N)]: {{initial: -1}}
+  u[i in range(N)]: {{initial: 0.3*i + 1}}
+  w[i in range(N)]: {{initial: -1}}
+masses: {{a[i in range(N)]: 1, b[i in range(N)]: 1}}
+positions: {{"a[i in range(N)]": "(x[i], y[i])", "b[i in range(N)]": "(u[i], w[i])"}}
+potential: sum(9.8*(a[i].y + b[i].y) for i in range(N))
+constraints:
+  left[i in range(N)]: norm(a[i] - (0.3*i - 1, 0)) - sqrt(2)
+  right[i in range(N)]: norm(a[i] - (0.3*i + 1, 0)) - sqrt(2)
+  rod[i in range(N)]: norm(a[i] - b[i]) - 1
+"""
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_what_rods_hold_takes_no_steps(precision: str) -> None:
+    """Pendulums hang from masses that two rods hold each: what moves there are rounding errors."""
+    many, one = (
+        solved(HUNG.format(count=count), stop=4, outputs=["q", "h"], precision=precision) for count in (20, 1)
+    )
+    assert many.attributes["steps"] <= 1.2 * one.attributes["steps"] + 5
+    for name in ("u", "w"):
+        assert many.q[name][:, 0] == pytest.approx(one.q[name][:, 0], abs=1e-12)
+    assert np.ptp(many.q["y"], axis=0).max() <= 1e-14
+
+
 @pytest.mark.parametrize("count", [7, 12])
 def test_what_constraints_hold_takes_no_steps(count: int) -> None:
     """The centres of rings are held at 0: what moves there are rounding errors."""

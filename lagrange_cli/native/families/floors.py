@@ -13,7 +13,7 @@ from lagrange_cli.native.families.tables import before
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
-from lagrange_cli.native.stepping.related import one_by_one
+from lagrange_cli.native.stepping.related import FAINT, one_by_one
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.whole import WrittenFamily
 
@@ -25,9 +25,10 @@ PART = 0.125
 """Of the largest velocity, or of that which gives a member the largest momentum."""
 
 
-def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) -> None:
+def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer, *, bound: bool = False) -> None:
     """The body of the function: floors are at the rows of the velocities; ``inverses`` are those of
-    ``masses``."""
+    ``masses``. Where coordinates are ``bound``, constraints may hold all of a family: all that moves there
+    are rounding errors of others."""
     degrees, zero, families = len(spec.coordinates), f.zero(LANES), related(spec)
     if sum(count for _, count in families) < degrees:
         with f.loop(0, degrees, LANES, tested=False) as i:
@@ -44,6 +45,15 @@ def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) ->
         with f.loop(first, last, LANES, tested=False) as i:
             least = f.smaller(v, p * f.magnitude(f.load_row(inverses, i, LANES)))
             f.store_row(f.select(before(f, i, last), least, zero), "%floors", i + degrees)
+    if bound:
+        fastest = f.variable(zero)
+        with f.loop(0, degrees, LANES, tested=False) as i:
+            v = f.magnitude(f.load_row("%state", i + degrees, LANES))
+            fastest.set(f.larger(fastest.get(), f.select(before(f, i, degrees), v, zero)))
+        least = f.splat(f.reduce("fmax", fastest.get()) * FAINT, LANES)
+        with f.loop(0, degrees, LANES, tested=False) as i:
+            known = f.larger(f.load_row("%floors", i + degrees, LANES), least)
+            f.store_row(f.select(before(f, i, degrees), known, zero), "%floors", i + degrees)
     f.give()
 
 

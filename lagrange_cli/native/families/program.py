@@ -230,9 +230,9 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
     @property
     def together(self) -> list[tuple[int, int]]:
         """The families of coordinates whose accelerations are found together."""
-        if self.diagonal and self.system.coupled_masses is None:
-            return []
-        return self.all_coordinates or related(self.system.spec)
+        if self.system.bonds is not None or not self.diagonal or self.system.coupled_masses is not None:
+            return self.all_coordinates or related(self.system.spec)
+        return []
 
     @property
     def related(self) -> list[tuple[int, int]]:
@@ -321,5 +321,5 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         f = Function(FLOORS)
         base = self.scratch(DoubleVectors(f))
         masses, inverses = (f.place(base, self.places[one], "double") for one in self.diagonal)
-        write_floors(f, self.system.spec, masses, inverses)
+        write_floors(f, self.system.spec, masses, inverses, bound=self.system.bonds is not None)
         return f.text()
