@@ -12,8 +12,9 @@ from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 
-LONGEST = 400
-"""Products that may arise; beyond, the embedding is the better form anyway."""
+LONGEST, EACH = 400, 40
+"""Products that may arise, or so many for each coordinate; with more, the embedding is the better form
+anyway."""
 
 
 def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
@@ -23,15 +24,15 @@ def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
     d'Alembert's form.
     """
     parts = [(one.mass, component) for one in model.particles for component in one.velocity]
-    return halved_squares(graph_of(model), parts)
+    return halved_squares(graph_of(model), parts, max(LONGEST, EACH * len(model.q)))
 
 
-def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]]) -> Node | None:
+def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]], longest: int = LONGEST) -> Node | None:
     """The sum of m v^2/2 for some (m, v), likewise."""
     products: list[tuple[Node, float]] = []
     for mass, component in parts:
         terms = monomials(graph, component)
-        if terms is None or len(products) + len(terms) ** 2 > LONGEST:
+        if terms is None or len(products) + len(terms) ** 2 > longest:
             return None
         collected: dict[Node, float] = {}  # as in (R + h)*v - R*v: a square takes each monomial once
         for one, coefficient in terms:

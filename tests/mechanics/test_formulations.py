@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import lagrange_cli as lagrange
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods.equations import Equations
@@ -266,3 +267,27 @@ def test_what_occurs_twice_in_a_velocity_counts_once_in_its_square():
     assert np.max(np.abs(h - h[0])) <= 1e-13
     for path in ("q/th", "v/th"):
         assert forms["kinetic energy"][path] == pytest.approx(forms["embedding"][path], abs=1e-12)
+
+
+TOPS = """
+sizes: {{N: {count}}}
+coordinates:
+  phi[i in range(N)]: {{initial: 1}}
+  psi[i in range(N)]: {{initial: 0, velocity: 1000}}
+bodies:
+  rotor[i in range(N)]:
+    mass: 0.5
+    inertia: [1e-4, 1e-4, 1.6e-4]
+    position: [0, 0, 0]
+    orientation: {{euler: [7e-5*t, "-phi[i]", "psi[i]"], sequence: zxz}}
+potential: 0
+"""
+
+
+def test_many_rotors_are_reduced_as_one_is() -> None:
+    """The turns of each are eliminated by its own momentum, and steps are as long as those of one."""
+    one, many = (lagrange.solve(TOPS.format(count=n), stop=20, outputs="q") for n in (1, 12))
+    assert residual_of(TOPS.format(count=12)).formulation == "Routh"
+    assert many.attributes["steps"] == one.attributes["steps"]
+    for name in one.q:
+        assert many.q[name][:, 5] == pytest.approx(one.q[name][:, 0], abs=1e-12)

@@ -23,6 +23,7 @@ from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import replace
+from lagrange_cli.spec.content import by_name, groups_by_name
 
 
 def related(
@@ -46,8 +47,8 @@ def _related(
     if not formulas:
         return ()
     free = [one for one in spec.parameters if one.name not in formulas]
-    definitions, order = {**formulas, **spec.definitions}, (*formulas, *spec.order)
-    plain = replace(spec, parameters=free, definitions=definitions, order=order)
+    definitions = by_name({**formulas, **groups_by_name(spec.definitions)})
+    plain = replace(spec, parameters=free, definitions=definitions, order=(*formulas, *spec.order))
     values = Scope(plain, algebra).values
     nodes = {graph.symbol(name): values[name] for name in formulas}
     own = Found(model, known)

@@ -41,3 +41,26 @@ def test_what_follows_from_formulas_of_parameters(case):
     new = related(residual.model, residual.conserved, found)
     assert {one.conserved.quantity: one.conserved.breaks for one in new} == expected
     assert all("; only where b = " in one.conserved.because for one in new)
+
+
+FAMILY = """
+sizes: {N: 2}
+parameters: {a: 1.3, c: 0.5, b: "sqrt(a**2 - c**2)"}
+coordinates:
+  x[i in range(N)]: {initial: 1 + i}
+  y[i in range(N)]: {initial: 0.3, velocity: 0.2}
+definitions:
+  square[i in range(N)]: x[i]**2
+  U[i in range(N)]: (b**2 + c**2)*square[i] + a**2*y[i]**2
+masses: {p[i in range(N)]: 1}
+positions: {"p[i in range(N)]": "(x[i], y[i])"}
+potential: sum(U[i] for i in range(N))
+"""
+
+
+def test_definitions_may_be_families_beside_formulas_of_parameters() -> None:
+    """The formula gives both an angular momentum."""
+    residual = residual_of(FAMILY)
+    found = symmetries(residual.model, residual.conserved)
+    new = related(residual.model, residual.conserved, found)
+    assert "L_z" in {one.conserved.quantity for one in new}
