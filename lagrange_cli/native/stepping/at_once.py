@@ -116,9 +116,9 @@ class AtOnce:
         return f.load(row, apart * self.row + m * self.term) * float(m)
 
     def largest(self, f: Function) -> Real:
-        """The largest velocity."""
-        found, degrees = f.variable(f.constant(0.0)), self.layout.degrees
-        with f.loop(degrees, 2 * degrees, tested=False) as i:
+        """The largest velocity; what forces of contact have added up to is none."""
+        found, first = f.variable(f.constant(0.0)), self.layout.degrees
+        with f.loop(first, first + self.rows.degrees, tested=False) as i:
             found.set(f.larger(f.magnitude(f.load("%state", i)), found.get()))
         return found.get()
 
@@ -130,7 +130,7 @@ class AtOnce:
             found = f.magnitude(self.coefficient(f, f.pointer("%row"), j, other, 3))
             bend.set(f.larger(found, bend.get()))
         step, pull = self.length(f, results), f.variable(f.constant(0.0))
-        with f.loop(0, self.layout.degrees, tested=False) as i:
+        with f.loop(0, self.rows.degrees, tested=False) as i:
             velocity = i + self.layout.degrees - f.load_integer("@guard_rows", j)
             pull.set(f.larger(f.magnitude(f.load("%row", velocity * self.row + self.term)), pull.get()))
         usual = f.select(pull.get() * step > largest, largest / pull.get(), step)
