@@ -223,7 +223,8 @@ class AtOnce:
         """End the contacts at which an impact has given the motion a speed, and tell whether another impact
         comes next, or it is clear which contacts hold; else change nothing. ``speeds`` are those of all
         contacts' arguments now. Where the motion may come to rest at ``j``, and its speed there has been
-        taken away (``settles``), tell, too, whether nothing else happens, so that it ``rests``."""
+        taken away (``settles``), tell, too, whether nothing else happens, so that it ``rests``. A speed that
+        does not end a contact, but is more than rounding leaves, would add up: the caller decides on it."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         holds, never = rests & settles, f.never(1)
         clear, due, pressed, freed = (
@@ -237,6 +238,10 @@ class AtOnce:
             due.set(due.get() | (moves & (speed < 0.0)))
             pressed.set(pressed.get() | (stands & ~held))
             freed.set(freed.get() | (held & ~stands))
+        with self.touching(f, j, results, moved=False) as one:  # another impact now may have left a speed
+            speed = f.magnitude(f.load(speeds, one.k))
+            drifts = self.stands(speed, known) & (speed > known.largest * LEFT)
+            pressed.set(pressed.get() | (~one.held.equals(0.0) & drifts))
         clear.set(due.get() | (clear.get() & ~pressed.get() & ~(holds & freed.get())))
         with f.when(clear.get()):
             mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))
