@@ -169,6 +169,32 @@ def test_what_touches_a_floor_and_moves_into_it_at_the_start_hits_it() -> None:
     assert motion.outcome.happened["zero"].count == 0
 
 
+LEANING = """
+parameters: {{e: 0.5, s: {slope}, wall: {wall}}}
+coordinates: {{x: {{initial: 0, velocity: 1}}, y: {{initial: 0, velocity: "-s"}}}}
+masses: {{ball: 1}}
+positions: {{ball: [x, y]}}
+potential: 9.81*y
+events:
+  floor: {{when: y + s*x, direction: falling, action: {{set: {{y_dot: -s*x_dot - e*(y_dot + s*x_dot)}}}}}}
+  wall: {{when: wall - x, direction: falling, action: {{set: {{x_dot: -e*x_dot}}}}}}
+"""
+
+
+@pytest.mark.parametrize("wall", [1.0, 100.0])
+@pytest.mark.parametrize("falling", [1.0, -1.0])
+def test_a_ball_thrown_back_along_the_floor_gets_no_speed_into_it(
+    wall: float, falling: float, request: pytest.FixtureRequest
+) -> None:
+    """It leans so little that the wall leaves 1.5 times its slope there: from rounding errors to what is
+    clearly more, also after the floor has held the ball for long."""
+    slope = falling * 2.0 ** random.Random(request.config.option.seed).uniform(-49.0, -40.0)
+    motion = follow(LEANING.format(slope=slope, wall=wall), 3.0 * wall, 31)
+    assert motion.outcome.ending is Ending.COMPLETE and motion["v/x"][-1] == -0.5
+    gaps, speeds = (motion[f"{one}/y"] + slope * motion[f"{one}/x"] for one in "qv")
+    assert np.abs(gaps).max() <= 2.0**-50 * wall and abs(speeds[-1]) <= 2.0**-50
+
+
 PILE = """
 sizes: {{N: {count}}}
 parameters: {{g: 9.81, e: {e}, R: 0.5, W: {width}, a: {xs}, b: {ys}, u: {us}, "m[i in range(N)]": 1}}

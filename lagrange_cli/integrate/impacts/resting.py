@@ -242,8 +242,7 @@ class Resting:
         sides, which = self._sides, self._sides.program.parts - 1
         length = min(length, sides.now - self._start)
         pull = largest_of(sides.settling.accelerations())
-        speed = largest_of(sides.memory[sides.layout.part(0)][sides.layout.v])
-        usual = min(length, speed / pull) if pull else length
+        usual = min(length, sides.largest_velocity() / pull) if pull else length
         return max(SOON[which] * length, SHORT[which] * usual)
 
     def _hidden(self, impact: Impact, left: float, bend: float) -> bool:

@@ -143,6 +143,11 @@ class Sides:
         """The parameters of the run, of all parts: actions may have changed them."""
         return parameters_in(self.program, self.memory)
 
+    def largest_velocity(self) -> float:
+        """That of all coordinates; what forces of contact have added up to is none."""
+        n = self.program.degrees
+        return largest_of(self.memory[self.outer[n : 2 * n]])
+
     def flip(self, event: int) -> None:
         """The motion has passed to its other side."""
         self.settling.modes[event + self.first] *= -1.0
@@ -206,9 +211,8 @@ class Sides:
         return self.at_present("least sizes", self._largest)
 
     def _largest(self) -> Array:
-        state = np.abs(self.memory[self.layout.part(0)])
-        largest = (np.max(state[own], initial=0.0) for own in (self.layout.q, self.layout.v))
-        return COUPLED * np.array([*largest])
+        places = self.outer[: self.program.degrees]
+        return COUPLED * np.array([largest_of(self.memory[places]), self.largest_velocity()])
 
     def _masses(self) -> Array:
         """The present values of the masses that actions change."""
@@ -325,7 +329,7 @@ class Sides:
     def counting(self, values: Array, rate: float) -> Iterator[float]:
         """The ``values`` of an argument's coefficients behind the first that are more than rounding, where
         the terms of its rate are as large as ``rate``; the series was computed just now."""
-        speed = largest_of(self.memory[self.layout.part(0)][self.layout.v])
+        speed = self.largest_velocity()
         scale = self.settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
         sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
         return (float(one) for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import largest_of
 from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.guards.pivoting import Pivoting
 from lagrange_cli.integrate.impacts.pushes import Pushes
@@ -93,8 +92,7 @@ class Touching:
         sides, due = self._sides, self._events[self._due(noise)]
         if not len(due):
             return None
-        largest = largest_of(sides.memory[sides.layout.part(0)][sides.layout.v])
-        scale = np.fmax(sides.sizes()[due, 1], largest)
+        scale = np.fmax(sides.sizes()[due, 1], sides.largest_velocity())
         speeds = -sides.all_coefficients()[due, 1] * sides.modes[due] / np.where(scale > 0.0, scale, 1.0)
         return int(due[np.argmax(speeds >= np.max(speeds) * (1.0 - ALIKE))])
 

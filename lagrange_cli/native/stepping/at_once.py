@@ -116,9 +116,9 @@ class AtOnce:
         return f.load(row, apart * self.row + m * self.term) * float(m)
 
     def largest(self, f: Function) -> Real:
-        """The largest velocity."""
-        found, degrees = f.variable(f.constant(0.0)), self.layout.degrees
-        with f.loop(degrees, 2 * degrees, tested=False) as i:
+        """The largest velocity; what forces of contact have added up to is none."""
+        found, first = f.variable(f.constant(0.0)), self.layout.degrees
+        with f.loop(first, first + self.rows.degrees, tested=False) as i:
             found.set(f.larger(f.magnitude(f.load("%state", i)), found.get()))
         return found.get()
 
@@ -130,7 +130,7 @@ class AtOnce:
             found = f.magnitude(self.coefficient(f, f.pointer("%row"), j, other, 3))
             bend.set(f.larger(found, bend.get()))
         step, pull = self.length(f, results), f.variable(f.constant(0.0))
-        with f.loop(0, self.layout.degrees, tested=False) as i:
+        with f.loop(0, self.rows.degrees, tested=False) as i:
             velocity = i + self.layout.degrees - f.load_integer("@guard_rows", j)
             pull.set(f.larger(f.magnitude(f.load("%row", velocity * self.row + self.term)), pull.get()))
         usual = f.select(pull.get() * step > largest, largest / pull.get(), step)
@@ -223,7 +223,8 @@ class AtOnce:
         """End the contacts at which an impact has given the motion a speed, and tell whether another impact
         comes next, or it is clear which contacts hold; else change nothing. ``speeds`` are those of all
         contacts' arguments now. Where the motion may come to rest at ``j``, and its speed there has been
-        taken away (``settles``), tell, too, whether nothing else happens, so that it ``rests``."""
+        taken away (``settles``), tell, too, whether nothing else happens, so that it ``rests``. A speed that
+        does not end a contact, but is more than rounding leaves, would add up: the caller decides on it."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         holds, never = rests & settles, f.never(1)
         clear, due, pressed, freed = (
@@ -237,6 +238,10 @@ class AtOnce:
             due.set(due.get() | (moves & (speed < 0.0)))
             pressed.set(pressed.get() | (stands & ~held))
             freed.set(freed.get() | (held & ~stands))
+        with self.touching(f, j, results, moved=False) as one:  # another impact now may have left a speed
+            speed = f.magnitude(f.load(speeds, one.k))
+            drifts = self.stands(speed, known) & (speed > known.largest * LEFT)
+            pressed.set(pressed.get() | (~one.held.equals(0.0) & drifts))
         clear.set(due.get() | (clear.get() & ~pressed.get() & ~(holds & freed.get())))
         with f.when(clear.get()):
             mark = f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST))

@@ -319,8 +319,7 @@ class Happenings {
 
   // The coefficients behind the first that are more than rounding, where the terms of the rate are as large.
   counting(values, rate) {
-    const { layout, memory, settling } = this;
-    const speed = Math.max(0, ...memory.subarray(layout.v, 2 * layout.v).map(Math.abs));
+    const { settling } = this, speed = this.largestVelocity();
     settling.series();
     const factor = Math.min(rate, speed) > 0 ? rate / speed : 1, scale = settling.scale().map((one) => one * factor);
     const sizes = [rate, ...scale.slice(1, -1).map((one, m) => Math.max(one, scale[m + 2]))];
@@ -347,10 +346,15 @@ class Happenings {
 
   // How long all further impacts may take, beside a step of this length.
   longest(length) {
-    const { layout, memory } = this, largest = (values) => Math.max(0, ...values.map(Math.abs));
-    const pull = largest(this.settling.series().slice(0, layout.v));
-    const speed = largest(memory.subarray(layout.v, 2 * layout.v));
-    return Math.max(SOON * length, SHORT * (pull ? Math.min(length, speed / pull) : length));
+    const { degrees } = this.engine.data;
+    const pull = Math.max(0, ...this.settling.series().slice(0, degrees).map(Math.abs));
+    return Math.max(SOON * length, SHORT * (pull ? Math.min(length, this.largestVelocity() / pull) : length));
+  }
+
+  // The largest velocity; what forces of contact have added up to is none.
+  largestVelocity() {
+    const { degrees } = this.engine.data, { v } = this.layout;
+    return Math.max(0, ...this.memory.subarray(v, v + degrees).map(Math.abs));
   }
 
   // Take the speed that is `left` away, in the direction of the impact, and put the motion where the argument is
