@@ -13,8 +13,11 @@ import numpy as np
 
 from lagrange_cli.integrate.guards.sliding import LEAST, LONGEST, SHORTER, Sliding
 
-STIFF = 2.0**6
-"""How often a vector turns in a way that is worth its evaluations: else, steps lead on."""
+STIFF = 2.0**11
+"""How often a vector turns in a way that is worth its evaluations, which take as long as some thousand steps:
+else, these lead on."""
+LONGER = 16.0
+"""A way is at most that much longer than the one before it."""
 
 
 class Creeping(Sliding):
@@ -41,6 +44,8 @@ class Creeping(Sliding):
         self.memory[:] = memory
         rate = max(held.friction[j].rate / size for j, size in zip(vectors, sizes.tolist()))
         length = LONGEST[which] * min(held.scale, self.span)
+        if way is not None:
+            length = min(length, LONGER * way.length)
         while rate * length > STIFF and length >= LEAST[which] * max(abs(now), self.span):
             until = min(length, self.end - now)
             if until > 0.0 and self._collocated(length, until, held, dict.fromkeys(vectors, 1.0), rest) == {}:

@@ -32,6 +32,8 @@ UNTOLD = 2.0**-50
 SETTLED, SEVERAL = 2.0**-40, 8.0
 """Changes that iterations leave, as part of accelerations, if these are settled up to rounding; how many
 last changes a last coefficient may be."""
+FAINT = 2.0**-60
+"""Accelerations that are so small beside others are left out, if nothing moves there without them."""
 BALANCED = 2.0**6
 """Friction that is so many times as large as the acceleration along it has the direction of other forces."""
 NUDGE, STEEP = 2.0**-10, 2.0**-17
@@ -222,6 +224,11 @@ class Onset(Choosing):
             if not np.max(np.abs(change)) <= SETTLED * sum_of_all:
                 return None
         exact = max(exact, SEVERAL * float(np.max(np.abs(change))))
+        faint = np.max(np.abs(found), axis=0) <= FAINT * sum_of_all
+        without = np.where(faint, 0.0, found)
+        ways = zip(times, length**2 * (twice @ without), length * (once @ without))
+        if not any(np.any(rates(*one)[:own][faint]) for one in ways):
+            found = without  # what is left of their errors decays fast, in short steps
         speeds, places = length * (once @ found), length**2 * (twice @ found)
         highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
         if highest[0] > exact and highest[1] > rounded:
