@@ -69,7 +69,7 @@ def solved(text: str, **options: object) -> lagrange.Motion:
     return motion
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("events", ["", KICKS], ids=["free", "kicked"])
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("method", METHODS)

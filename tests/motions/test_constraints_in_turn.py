@@ -128,6 +128,7 @@ constraints:
 METHODS = "taylor", "DOP853", "ias15", "radau"
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", METHODS)
 @examples(2)
 @given(ratio=st.floats(0.4, 0.8), twist=st.floats(0.5, 1.2), angle=st.floats(0.5, 2), rate=st.floats(6, 7))
@@ -221,6 +222,7 @@ def test_rings_with_two_hinges_each(turning: float, tilting: float) -> None:
     assert hinged.attributes["steps"] <= 2 * free.attributes["steps"] + 20
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", METHODS)
 @examples(1)
 @given(angle=st.floats(-3, 3), rate=st.floats(2, 3), friction=st.floats(0.6, 1))

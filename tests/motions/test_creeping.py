@@ -44,17 +44,17 @@ forces: {upper: "(0.6*(F + e), 0.8*(F + e))"}
 """
 
 
-def moved(text: str, method: str, stop: float = 2.0, **more: object) -> lagrange.Trajectory:
-    """The motion to a time. Some thousand steps take less time than one of the ways."""
-    found = lagrange.solve(text, stop=stop, samples=41, method=method, tolerance=TOLERANCES[method], **more)
+def moved(text: str, method: str, stop: float = 2.0, most: int = 100) -> lagrange.Trajectory:
+    """The motion to a time, in so many steps at ``most``."""
+    found = lagrange.solve(text, stop=stop, samples=41, method=method, tolerance=TOLERANCES[method])
     assert found.status == "complete"
-    assert found.attributes["steps"] < 6000
+    assert found.attributes["steps"] < most
     return found
 
 
 @BY
 @examples(3)
-@given(power=st.floats(-10, -3), spring=st.sampled_from([0.0, 1.0]))
+@given(power=st.floats(-10, -4.5), spring=st.sampled_from([0.0, 1.0]))
 def test_a_puck_is_pulled_just_beyond_the_limit(method: str, power: float, spring: float) -> None:
     """F + e against F: x = e/k (1 - cos w t), or e t^2/2m."""
     excess = 10.0**power
@@ -78,7 +78,7 @@ def test_a_pull_that_turns_takes_the_puck_with_it(method: str, excess: float) ->
 
 def test_it_does_what_short_steps_do(monkeypatch: pytest.MonkeyPatch) -> None:
     text = PUCK.format(excess=3e-5, spring=1, pull='"((F + e)*cos(t), (F + e)*sin(t) - x_dot*t)"')
-    motion = moved(text, "taylor", 1.0)
+    motion = moved(text, "taylor", 1.0, most=1000)
     monkeypatch.setattr(creeping, "STIFF", np.inf)
     usual = lagrange.solve(text, stop=1.0, samples=41, method="taylor", cache=False)
     assert usual.attributes["steps"] > 2 * motion.attributes["steps"]
@@ -89,7 +89,7 @@ def test_it_does_what_short_steps_do(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @BY
 def test_pucks_apart_creep_each_at_its_own_rate(method: str) -> None:
-    motion = moved(MANY, method)
+    motion = moved(MANY, method, most=20000)  # ways take longer than some thousand steps
     for i in range(9):
         left = (2 + 10.0 ** (-i - 1)) - 2
         assert motion.q["x"][:, i] == pytest.approx(0.3 * left * motion.t**2, abs=1e-8 * left + 1e-14)
