@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import lagrange_cli as lagrange
-from tests.motions.test_vanishing_friction import CHAIN, TOLERANCES, pushed_chain
+from tests.motions.test_vanishing_friction import CHAIN, TOLERANCES, damped, pushed_chain
 from tests.support.draws import examples
 
 ERRORS = {"taylor": 1e-12, "ias15": 1e-12, "DOP853": 1e-9, "Radau": 1e-7}
@@ -202,16 +202,8 @@ positions: {{"block[i in range(N)]": "x[i]"}}
 potential: sum(20*x[i]**2/2 for i in range(N))
 generalized_forces: {{"x[i in range(N)]": "-F*sign(x_dot[i]) - where(x_dot[i] > 0, c1, c2)*x_dot[i]"}}
 """
-    motion, reach = solved(text, method, 2.0), 1.0
-    begins, expected = 0.0, np.zeros(len(motion.t))
-    for damping in (4.0, 1.0, 4.0):
-        turned = np.sqrt(20 - damping**2 / 4)
-        since = motion.t - begins
-        here = (since >= 0) & (since <= np.pi / turned)
-        swing = np.cos(turned * since) + damping / 2 / turned * np.sin(turned * since)
-        expected[here] = (reach * np.exp(-damping / 2 * since) * swing)[here]
-        reach *= -np.exp(-damping / 2 * np.pi / turned)
-        begins += np.pi / turned
+    motion = solved(text, method, 2.0)
+    expected = damped(motion.t)
     assert motion.q["x"] == pytest.approx(np.stack([expected] * count, axis=1), abs=1e-8)
 
 
