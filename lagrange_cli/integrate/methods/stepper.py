@@ -32,6 +32,8 @@ HEEDED = 5
 """The number of times that a stop is asked for after a signal."""
 FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
+PASSED = Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK, Stop.CRAWL
+"""How compiled code, or the caller, ends steps before a singular configuration, which may be passed."""
 FIRST = 256
 """Steps that are taken before the first."""
 
@@ -209,11 +211,13 @@ class Stepper:
             done, self.steps = done + int(space.info[0]), self.steps + int(space.info[1])
             self.limited |= bool(space.info[2])
             if stop is Stop.PAUSE and self._marks(self.steps):
-                return Stop.CRAWL, done
+                stop = Stop.CRAWL
+                if self._earlier is None:
+                    return stop, done
             if self._settling is not None:
                 self._settling.onset = None
             reached = space.memory.copy() if self._settling is not None else None
-            if reached is not None and self._goes_on(stop, before, first + done):
+            if reached is not None and stop is not Stop.CRAWL and self._goes_on(stop, before, first + done):
                 self.limited |= self._settling is not None and self._settling.limited
                 if space.t > reached[space.layout.time]:
                     crossed = self._between(reached, wanted[done:])
@@ -224,7 +228,7 @@ class Stepper:
                 stop = Stop.PAUSE
             if stop is Stop.PAUSE and self.finished is not None:
                 return Stop.GUARD, done
-            if self._earlier and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
+            if self._earlier and stop in PASSED:
                 given = times[done : len(wanted)], self._stop, lambda t: 0 if halt(t) else self._pause
                 on_the_way, self.limited = self._earlier.passed(*given, limited=self.limited)
                 if on_the_way is None and halt(space.t):

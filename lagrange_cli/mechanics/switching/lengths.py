@@ -15,6 +15,9 @@ from lagrange_cli.expression.zero import is_rounding, is_zero
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 
+SMALL = 2.0**-10
+"""Squares with a weight below this part of the largest one are completed later: digits would be lost."""
+
 
 @dataclass(frozen=True)
 class Vector:
@@ -42,15 +45,24 @@ def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector 
     """Squares of two or more independent functions of velocities whose sum with weights it is."""
     speeds = reduce(or_, (v.symbols for v in velocities), 0)
     rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
-    for v in velocities:
-        first = graph.diff(rest, v) if rest.symbols & v.symbols else graph.zero
-        if first.is_zero or is_rounding(first, graph.diff(square, v)):
-            continue
-        weight = graph.diff(first, v) / 2.0
-        if weight.symbols & speeds or is_zero(weight):
-            return None
-        if weight.kind is Kind.NUMBER and weight.data < 0.0:
-            return None
+    while True:
+        listed = list[tuple[Node, Node, Node]]()
+        for v in velocities:
+            first = graph.diff(rest, v) if v not in pivots and rest.symbols & v.symbols else graph.zero
+            if first.is_zero or is_rounding(first, graph.diff(square, v)):
+                continue
+            weight = graph.diff(first, v) / 2.0
+            if weight.symbols & speeds or is_zero(weight):
+                return None
+            if weight.kind is Kind.NUMBER and weight.data < 0.0:
+                return None
+            listed.append((v, first, weight))
+        if not listed:
+            break
+        largest = max((w.data for _, _, w in listed if w.kind is Kind.NUMBER), default=0.0)
+        v, first, weight = next(
+            one for one in listed if one[2].kind is not Kind.NUMBER or one[2].data >= SMALL * largest
+        )
         part = graph.sum([(term / weight, 0.5 * c) for term, c in terms_of(first)])
         rest = rest - weight * part * part
         weights.append(weight)
