@@ -12,6 +12,7 @@ from lagrange_cli.families import consistency, elimination
 from lagrange_cli.families import system as systems
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.model.start import shortest
+from lagrange_cli.native.llvm import length
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -156,6 +157,7 @@ def test_motions_in_double_double(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, motions = drawn(random.Random(f"{pytestconfig.option.seed} long {case}")), []
+    monkeypatch.setattr(length, "MOST_INSTRUCTIONS", 10**7)  # those of 34 members, written out
     for loops in True, False:
         in_loops(monkeypatch, loops=loops)
         ready, motion = exactly_followed(text, frozenset(["q", "v", "h", "multipliers", "constraints"]))
