@@ -86,13 +86,13 @@ class Workspace:
         self.machine.project(self.constants.ctypes.data, self.memory.ctypes.data)
 
     def again(self, origin: Array, times: Array, more: Callable[[int], int]) -> Array | None:
-        """The states (rows, n) at times, on the way from the memory ``origin`` once more; None if the motion
-        does not reach the last of them. ``more`` is told how many steps were taken since it was asked last,
+        """The states (rows of every part, n) at times, from the memory ``origin`` on; None if the motion does
+        not reach the last of them. ``more`` is told how many steps were taken since it was asked last,
         and says how many may be: 0 ends the way."""
         info, samples, memory = self.info.copy(), self.samples, self.memory.copy()
         self.memory[:] = origin
         self.resume()
-        self.samples = np.empty((self.layout.rows, len(times) + LANES))
+        self.samples = np.empty((len(samples), len(times) + LANES))
         wanted, stop, done, pause = padded(times), Stop.PAUSE, 0, more(0)
         while stop is Stop.PAUSE and pause > 0:
             self.info[:] = 0

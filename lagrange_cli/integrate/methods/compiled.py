@@ -46,6 +46,8 @@ class CompiledEquations:
     """The compiled equations of a motion, and what goes with them."""
 
     machine: Machine
+    tolerance: float = 0.0
+    """The relative one of its steps."""
     recompilation: Recompilation | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
     beside: Beside | None = None

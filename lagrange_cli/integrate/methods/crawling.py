@@ -78,13 +78,23 @@ def crawls(
 def loses_digits(space: Workspace, one: bool) -> bool:
     """Whether accelerations are known to half of their digits at most, as coordinates are rounded: the
     largest of them, or any ``one``."""
+    return not digits_lost(space, one) <= HALF
+
+
+def digits_lost(space: Workspace, one: bool = False) -> float:
+    """How many times larger relative errors of accelerations are than those of coordinates: of the largest
+    acceleration, or of any ``one``."""
     memory, work, q = space.memory.copy(), space.work.copy(), space.layout.q
     known = space.rates()[q]
     space.memory[q] *= 1.0 + MOVED * np.cos(np.arange(q.stop - q.start) * math.e)
     moved = space.rates()[q]
     space.memory[:], space.work[:] = memory, work
-    sizes = np.abs(known)
-    return not np.all(np.abs(moved - known) <= HALF * MOVED * (sizes if one else sizes.max()))
+    sizes, changes = np.abs(known), np.abs(moved - known)
+    if not one:
+        sizes = np.full_like(sizes, sizes.max())
+    changed = changes != 0.0
+    with np.errstate(divide="ignore"):
+        return float(np.max(changes[changed] / sizes[changed], initial=0.0)) / MOVED
 
 
 def nothing_moves(space: Workspace, time: float) -> bool:

@@ -2,28 +2,26 @@
 
 A parallelogram linkage passes through the horizontal: the motion is smooth there, but multipliers are not
 determined, and close by they are lost in rounding. The series of a step has a pole there of the size of
-rounding errors, so that no step leads beyond it. What leads beyond is the polynomial through the motion at
-some distance before (at Chebyshev points: L. N. Trefethen, Approximation Theory and Approximation Practice,
-2013, ch. 5). It is believed if one of a lower degree agrees with it, if it satisfies the constraints, and if
-the accelerations behind the singular configuration are its own. Where there are switches or events, none of
-their arguments may be 0 on it. (No such polynomial agrees with another one across a kink or a jump before.)
+rounding errors, so that no step leads beyond it. What leads beyond is a polynomial through the motion at some
+distance before (``leading``). It is believed if one of a lower degree agrees with it, if it satisfies the
+constraints, and if the accelerations behind the singular configuration are its own. Where there are switches
+or events, none of their arguments may be 0 on it. (No such polynomial agrees with another one across a kink
+or a jump before.)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count, takewhile
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.methods.crawling import LITTLE, digits_lost
+from lagrange_cli.integrate.methods.leading import CHOICES, Passage, passages
 from lagrange_cli.integrate.workspace import Workspace
 from lagrange_cli.native.state import BEGINNING, Clock
-from lagrange_cli.records import dataclass
 
-DEGREE, LOWER = 14, 12
-AWAY = 1 / 75
-"""How far the polynomial leads beyond the singular time, as a part of the time that it is known on."""
 HALVINGS, PART = 10, 1 / 64
 """It is known on as much of the time before as memory reaches back, and on half of it so many times; or else
 down to this part of a usual step. On less than that it is not told from rounding."""
@@ -32,81 +30,43 @@ ROUNDED = 2.0**20
 KEPT = 8
 """So many memories of earlier times are kept. Close to a singular configuration, thousands of steps may lead
 nowhere, and what is before them counts."""
-AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
-"""How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
-EXACT = 2.0**-46
-"""Polynomials that agree so well differ by rounding."""
+COARSER = 1000
+"""Polynomials need not agree better than to so many times the tolerance of steps."""
+SATISFIED, ACCELERATED = 10, 1e5
+"""The constraints and the accelerations must agree with them to so many times what they agree to."""
 LOOKS = 65
-"""Places where signs of arguments are looked at: of polynomials of degree ``DEGREE``."""
+"""Places where signs of arguments are looked at: of smooth motions."""
 MOST_REPLAYED = 1 << 17
 """So many steps are taken again for all polynomials together. The longer the time is that one is known on,
 the fewer it takes; those on shorter times are left out."""
 UNASKED = 1 << 10
 """So many of them are taken before signals are asked for, so that a motion that is interrupted again and
 again, and begins to pass anew each time, gets beyond most configurations."""
+LOST = 2.0**18
+"""Relative errors of coordinates that are multiplied by so much, in the accelerations, say that a singular
+configuration is near where steps are short."""
+CLOSER = 5
+"""So many times the time of a singular configuration is found to an eighth of what it was known to."""
 PROJECTIONS = 4
 """How often the state behind is moved to the constraints."""
 
 
-@dataclass(frozen=True)
-class Passage:
-    """A polynomial for all rows of the state between ``start`` and ``stop``: Chebyshev coefficients
-    (degree + 1, rows) on the interval before the singular time, from ``start`` to ``known``."""
-
-    start: float
-    known: float
-    stop: float
-    coefficients: Array
-    error: float
-
-    def _place(self, t: Array) -> Array:
-        return (2.0 * t - self.start - self.known) / (self.known - self.start)
-
-    def at(self, times: Array) -> Array:
-        """The states (rows, n) at times."""
-        return np.asarray(chebyshev.chebval(self._place(times), self.coefficients))
-
-    def rates(self, t: float) -> Array:
-        """The rates (rows,) at a time."""
-        slopes = chebyshev.chebder(self.coefficients) * (2.0 / (self.known - self.start))
-        return np.asarray(chebyshev.chebval(self._place(np.array(t)), slopes))
-
-
-def passages(
-    singular: float, longest: float, shortest: float, sampled: Callable[[Array], Array | None]
+def ways(
+    space: Workspace, longest: float, shortest: float, sampled: Callable[[Array], Array | None], agreed: float
 ) -> list[Passage]:
-    """Polynomials that lead beyond the ``singular`` time, that of the least estimated error first; of those
-    with rounding errors alone, the longest: close behind the singular time, steps would lead nowhere.
-
-    ``sampled`` gives the states (rows, n) at times before it, up to ``longest`` before, or None.
-    """
-    found, length = list[Passage](), longest
-    while length > max(shortest, ROUNDED * np.spacing(abs(singular))):
-        away = length * AWAY
-        start, known = singular - length, singular - away
-        made = [_fitted(start, known, degree, sampled) for degree in (DEGREE, LOWER)]
-        fine, coarse = made
-        if fine is not None and coarse is not None:
-            stop = singular + away
-            place = (2.0 * stop - start - known) / (known - start)
-            ends = [chebyshev.chebval(place, one) for one in (fine, coarse)]
-            scale = max(1e-300, float(np.max(np.abs(ends[0]))))
-            error = float(np.max(np.abs(ends[0] - ends[1]))) / scale
-            found.append(Passage(start, known, stop, fine, error))
-        length /= 2.0
-    agreed = (one for one in found if one.error <= AGREED)
-    return sorted(agreed, key=lambda one: (max(one.error, EXACT), -one.stop))
+    """Polynomials that lead beyond the singular time and with which lower degrees have ``agreed``: that of
+    the least estimated error first; of those with rounding errors alone, the longest. (Close behind the
+    singular time, steps would lead nowhere.)"""
+    parts = space.machine.program.parts
+    fitted = passages(space.t, lengths(space.t, longest, shortest), sampled, parts)
+    found = [one for one in fitted if one.error <= agreed]
+    return sorted(found, key=lambda one: (max(one.error, CHOICES[parts].rounding), -one.stop))
 
 
-def _fitted(
-    start: float, known: float, degree: int, sampled: Callable[[Array], Array | None]
-) -> Array | None:
-    """The Chebyshev coefficients of the interpolant."""
-    points = np.sort(chebyshev.chebpts1(degree + 1))
-    states = sampled((start + known) / 2.0 + (known - start) / 2.0 * points)
-    if states is None or not np.all(np.isfinite(states)):
-        return None
-    return np.asarray(np.linalg.solve(chebyshev.chebvander(points, degree), states.T))
+def lengths(singular: float, longest: float, shortest: float) -> Iterator[float]:
+    """The times before the singular one that polynomials are fitted to."""
+    least = max(shortest, ROUNDED * np.spacing(abs(singular)))
+    return takewhile(lambda one: one > least, (longest * 0.5**k for k in count()))
 
 
 def thinned(memories: tuple[Array, ...], time: int) -> tuple[Array, ...]:
@@ -125,35 +85,37 @@ def passed(
     end: float,
     pause: Callable[[float], int],
     *,
+    most: int,
+    agreed: float,
     limited: bool = False,
 ) -> tuple[Passage | None, bool]:
     """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
     believed and ends before ``end``; and whether this end has ``limited`` the choice, or did so before.
     ``origins`` are the memories at earlier times, the earliest first. ``pause`` is given the time and says
-    how many steps of the motion may be taken again at once, 0 if it is to end here."""
+    how many steps of the motion may be taken again at once, 0 if it is to end here; in all, ``most`` are.
+    Polynomials are believed if lower degrees have ``agreed`` with them so well, relative to the motion."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
     longest = singular - float(origins[0][layout.time])
     usual = max(float(one[layout.at(Clock.STEP)]) for one in origins)
     shortest = usual * PART or longest * 0.5**HALVINGS
-
-    left = MOST_REPLAYED
+    left = most
 
     def more(steps: int) -> int:
         nonlocal left
         left -= steps
-        unasked = left - (MOST_REPLAYED - UNASKED)
+        unasked = left - (most - UNASKED)
         return unasked if unasked > 0 else min(left, pause(singular))
 
     def sampled(times: Array) -> Array | None:
         before = [one for one in origins if one[layout.time] <= times[0]]
         return space.again(before[-1], times, more)
 
-    for way in passages(singular, longest, shortest, sampled):
+    for way in ways(space, longest, shortest, sampled, agreed):
         limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory
             _go(space, way)
-            if _uneventful(space, way) and _believed(space, way):
+            if _uneventful(space, way) and _believed(space, way, agreed):
                 space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
                 return way, limited
     space.memory[:] = memory
@@ -163,9 +125,10 @@ def passed(
 def _go(space: Workspace, way: Passage) -> None:
     """To the end of a passage, as a motion begins."""
     layout, memory = space.layout, space.memory
-    memory[layout.part(0)] = way.at(np.array([way.stop]))[:, 0]
     for rest in (layout.part(1), slice(layout.third, layout.third + layout.width)):
         memory[rest] = 0.0
+    for part, values in enumerate(np.split(way.at(np.array([way.stop]))[:, 0], layout.parts)):
+        memory[layout.part(part)] = values
     memory[[layout.at(one) for one in BEGINNING]] = 0.0
     memory[layout.time], memory[layout.at(Clock.TIME_LOW)] = way.stop, 0.0
     for _ in range(PROJECTIONS):
@@ -183,15 +146,32 @@ def _uneventful(space: Workspace, way: Passage) -> bool:
     return bool(np.all(signs == signs[0]))
 
 
-def _believed(space: Workspace, way: Passage) -> bool:
-    """Whether the state there satisfies the constraints, and the accelerations are the equations' own."""
+def _believed(space: Workspace, way: Passage, agreed: float) -> bool:
+    """Whether the state there satisfies the constraints, and the accelerations are the equations' own, as far
+    as lower degrees have ``agreed``."""
     layout = space.layout
     motion = way.at(np.array([way.stop]))[layout.motion, 0]
     moved, scale = np.abs(space.memory[layout.motion] - motion), float(np.max(np.abs(motion)))
     rates, due = space.rates()[layout.q], way.rates(way.stop)[layout.v]
     size = float(np.max(np.abs(due))) + scale
-    satisfied = float(np.max(moved)) <= SATISFIED * scale
-    return satisfied and float(np.max(np.abs(rates - due))) <= ACCELERATED * size
+    satisfied = float(np.max(moved)) <= SATISFIED * agreed * scale
+    return satisfied and float(np.max(np.abs(rates - due))) <= ACCELERATED * agreed * size
+
+
+def where(space: Workspace, way: Passage, before: float) -> float:
+    """The time of the singular configuration on the way, after ``before``: where accelerations lose most
+    digits."""
+    memory, layout, (low, high) = space.memory.copy(), space.layout, (before, way.stop)
+    for _ in range(CLOSER):
+        times = np.linspace(low, high, 17)
+        lost = []
+        for t, state in zip(times, way.at(times)[: layout.rows].T, strict=True):
+            space.memory[layout.part(0)], space.memory[layout.time] = state, t
+            lost.append(digits_lost(space))
+        best = int(np.nanargmax(lost))
+        low, high = times[max(best - 1, 0)], times[min(best + 1, 16)]
+    space.memory[:] = memory
+    return float(times[best])
 
 
 MARK = 256
@@ -203,8 +183,9 @@ class EarlierTimes:
     """The last ``memories`` of a workspace that are kept, since a ``singular`` configuration was passed; and
     the times when that was."""
 
-    def __init__(self, space: Workspace) -> None:
+    def __init__(self, space: Workspace, tolerance: float) -> None:
         self.space, self.memories, self.singular = space, tuple[Array, ...](), tuple[float, ...]()
+        self._agreed = max(CHOICES[space.machine.program.parts].agreed, COARSER * tolerance)
 
     def keep(self, steps: int) -> None:
         """Keep the memory, if that is due after so many steps."""
@@ -217,18 +198,29 @@ class EarlierTimes:
         """How many steps there are, after ``steps``, until a memory may be due."""
         return MARK - steps % MARK
 
+    def near(self, progress: float) -> bool:
+        """Whether steps are so short, after the last of them that have made some ``progress``, and digits of
+        accelerations are lost, that the motion may be just before a singular configuration."""
+        if not self.memories:
+            return False
+        elapsed = abs(self.space.t - float(self.memories[0][self.space.layout.time]))
+        return progress <= LITTLE * elapsed and digits_lost(self.space) > LOST
+
     def passed(
-        self, wanted: Array, stop: float, pause: Callable[[float], int], *, limited: bool
+        self, wanted: Array, stop: float, pause: Callable[[float], int], most: int, *, limited: bool
     ) -> tuple[Array | None, bool]:
         """Pass a singular configuration: the samples (rows, n) on the way, or None where that is impossible
-        or is not to be done (``pause``, see ``passing.passed``); and whether the stop time has influenced the
-        motion, as it has before if it is ``limited``."""
-        singular, place = self.space.t, self.space.layout.time
-        origins = [one for one in self.memories if one[place] < singular]
+        or is not to be done (``pause`` and ``most``, see ``passing.passed``); and whether the stop time has
+        influenced the motion, as it has before if it is ``limited``."""
+        before, place = self.space.t, self.space.layout.time
+        origins = [one for one in self.memories if one[place] < before]
         if not origins:
             return None, limited
-        way, limited = passed(self.space, origins, stop, pause, limited=limited)
+        most = min(most, MOST_REPLAYED)
+        way, limited = passed(
+            self.space, origins, stop, pause, most=most, agreed=self._agreed, limited=limited
+        )
         if way is None:
             return None, limited
-        self.singular, self.memories = (*self.singular, singular), ()
+        self.singular, self.memories = (*self.singular, where(self.space, way, before)), ()
         return way.at(wanted[wanted <= way.stop]), limited

@@ -123,4 +123,4 @@ def follower(
     machine: Machine, compilation: Compilation, improve: Callable[[], Machine] | None
 ) -> TaylorMethod:
     """The method on a compiled program; ``improve`` makes better code for a long run, if any."""
-    return TaylorMethod(machine, None if improve is None else Recompilation(improve))
+    return TaylorMethod(machine, compilation.tolerance, None if improve is None else Recompilation(improve))
