@@ -18,6 +18,7 @@ from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.saddle_points import SaddlePoint
+from lagrange_cli.mechanics.guards.branches import Rooted
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
@@ -76,6 +77,8 @@ class Modes:
     """The components of each of these vectors, and of the force that holds it."""
     errors: Total | None = None
     """The rounding errors of accelerations by friction along them."""
+    roots: Mapping[int, Rooted] = field(default_factory=dict)
+    """Roots of arguments in forces, by the numbers of the modes."""
     silent: Sequence[tuple[int, int]] = ()
     """Modes that change nothing while others, which say so, are -1 (see ``families.switching.silencing``)."""
 

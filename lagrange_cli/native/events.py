@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered, state_symbols
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.guards import BREAK, CUT, EDGE, ROOTED, SIDES, SIMPLE, STEEP, Role
+from lagrange_cli.native.guards import BREAK, CUT, EDGE, SIMPLE, Role, rooted_kind
 
 FEW_EVENTS = 256
 """Events of the largest system whose actions compiled code does."""
@@ -30,9 +30,7 @@ def number_of(guard: Guard) -> int:
         return BREAK
     if guard.cut:
         return CUT
-    if guard.rooted:
-        return (STEEP if guard.steep else ROOTED) + SIDES[guard.side]
-    return SIMPLE
+    return SIMPLE if guard.roots is None else rooted_kind(guard.roots.steep, guard.roots.side)
 
 
 def events_of(
@@ -86,7 +84,7 @@ def _apart(smooth: Guarded) -> bool:
     """Whether each switch has a series on either side, and its argument depends on no other one."""
     modes = union(one.mode for one in smooth.guards)
     return not any(
-        one.cut or one.rooted or one.broken or one.edge or one.vector or one.argument.symbols & modes
+        one.cut or one.roots or one.broken or one.edge or one.vector or one.argument.symbols & modes
         for one in smooth.guards
     )
 

@@ -86,6 +86,11 @@ ROLES = {**dict.fromkeys((SIMPLE, *ROOTS), Role.SWITCH), CUT: Role.CUT, BREAK: R
 """Those of guards without an auxiliary coordinate."""
 
 
+def rooted_kind(steep: bool, side: int) -> int:
+    """The kind of a guard whose forces contain roots."""
+    return (STEEP if steep else ROOTED) + SIDES[side]
+
+
 @dataclass(frozen=True)
 class GuardRow:
     """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0 (of

@@ -31,12 +31,17 @@ def begun(text: str) -> tuple[Spec, Values]:
 
 
 def followed(
-    text: str, outputs: frozenset[str], stop: float = 0.5, samples: int = 6, method: str = "taylor"
+    text: str,
+    outputs: frozenset[str],
+    stop: float = 0.5,
+    samples: int = 6,
+    method: str = "taylor",
+    tolerance: float = FULL,
 ) -> tuple[Prepared, Motion]:
     """A motion of a system, and what it was followed by."""
     spec, values = begun(text)
     outputs = resolve_outputs(outputs, has_particles=True)  # refuses unknown ones
-    asked = Compilation(method, FULL, outputs, backward=stop < 0.0)
+    asked = Compilation(method, tolerance, outputs, backward=stop < 0.0)
     ready = prepare_system(spec, derive_system, None, asked)
     return ready, run(ready, values, 0.0, stop, samples)
 

@@ -23,6 +23,7 @@ from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.switching.friction import Decision, FrictionModes, Held, Rest, linear_in
 from lagrange_cli.families.switching.held_vectors import Acting, Rubbing, held_along
 from lagrange_cli.families.switching.holding import held
+from lagrange_cli.families.switching.rooted import roots_of
 from lagrange_cli.families.switching.silencing import Silencing, Use, sides_along, sides_of
 from lagrange_cli.families.switching.switched import Switched
 from lagrange_cli.families.switching.vector_friction import DIRECTIONS, with_lengths
@@ -184,7 +185,8 @@ class Switching(Switched):
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=np.zeros_like(events.simple), affected=())
-        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
+        roots = roots_of(self, self.numbers[1], self.turned)
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, roots=roots)
         if self.held is not None:
             held = self.held
             needed += [*held.before, held.other]

@@ -33,6 +33,8 @@ TRIALS = 8
 """How often their rounding errors are drawn."""
 GROWTHS = 64
 """How often changes of coordinates are doubled until arguments change by their rounding errors."""
+VARIED = 2.0**-32, 2.0**-60
+"""Relative changes of parameters whose squares are below rounding."""
 BLUR = 4.0
 """The largest effect of rounding is so many times as large as that of those drawn, at most."""
 
@@ -92,7 +94,7 @@ class AtZero(Crossing):
         small = (values != 0.0) & (np.abs(values) <= SMALL * largest)
         if not any(small):
             return
-        noise = self._noise()
+        noise = np.fmax(self._noise(), self._roughness_of_parameters())
         free = np.array([guard.role is Role.SWITCH for guard in self._rows.guards[: self.count]])
         zero = np.flatnonzero(free & (np.abs(values) <= noise))
         modes = own[zero].copy()
@@ -271,4 +273,21 @@ class AtZero(Crossing):
             if np.all(found > 0.0):
                 break
             unit *= LARGER
+        return found
+
+    def _roughness_of_parameters(self) -> Array:
+        """How much arguments differ from linear functions of parameters nearby: by rounding of what they are
+        computed from, as the places of bodies in a long row."""
+        memory, first, source = self.memory.copy(), self._layout.settings.start, np.random.default_rng(0)
+        before, found = self._arguments(), np.zeros(self.count)
+        rows = slice(first, first + self._rows.parameters)
+        for _ in range(TRIALS):
+            change = VARIED[self.machine.program.parts - 1] * source.uniform(-1.0, 1.0, self._rows.parameters)
+            second = before
+            for part, weight in ((0.5, -2.0), (1.0, 1.0)):
+                self.memory[rows] *= 1.0 + part * change
+                second = second + weight * self._arguments()
+                self.memory[:] = memory
+            found = np.fmax(found, np.abs(second))
+        self.prepare()
         return found

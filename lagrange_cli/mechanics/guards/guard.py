@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.branches import Rooted
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import Cut
 from lagrange_cli.mechanics.switching.lengths import Vector
@@ -32,13 +33,8 @@ class Guard:
     mode: Node
     auxiliary: int | None = None
     cut: bool = False
-    rooted: bool = False
-    """Whether forces contain a root of the argument, and have no series where it is 0."""
-    steep: bool = False
-    """Whether one of these is infinitely steep there."""
-    side: int = 0
-    """The sign of the argument on the only side with such a root, as of a contact; 0 if both sides may have
-    one."""
+    roots: Rooted | None = None
+    """Roots of the argument that forces contain, which have no series where it is 0."""
     reverses: bool = False
     """Whether something has its sign, as friction has that of a velocity."""
     limit: Node | None = None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable, union
+from lagrange_cli.mechanics.guards.branches import rooted
 from lagrange_cli.mechanics.guards.guard import Guard, Rest
 from lagrange_cli.mechanics.guards.unbounded import unbounded
 from lagrange_cli.mechanics.guards.vectors import held, split, vectors
@@ -143,11 +143,9 @@ class Modes:
             return graph.switch(guard.mode, above, below, -1)
         if inside or not self._jumps(node):
             resting = self._resting(original, above, below)
-            if self._rooted(original, above, below):
-                steep = guard.steep or self._rooted(original, above, below, most=1)
-                side = self._side(original, above, below)
-                side = side if not guard.rooted or guard.side == side else 0
-                self.guards[original] = replace(guard, rooted=True, steep=steep, side=side)
+            roots = rooted(original, above, below)
+            if roots is not None:
+                self.guards[original] = replace(guard, roots=roots.joined(guard.roots))
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[1])
@@ -169,25 +167,9 @@ class Modes:
         """The values of both branches where the argument is 0, if they contain a root of it: it has no series
         there. They are equal, as velocities become 0 in a finite time and bodies touch without force, but on
         sides of other switches, which may never be met there."""
-        if not self._rooted(argument, above, below):
+        if rooted(argument, above, below) is None:
             return None
         return where_zero(self.graph, above, argument), where_zero(self.graph, below, argument)
-
-    def _rooted(self, argument: Node, above: Node, below: Node, most: float = math.inf) -> bool:
-        """Whether branches contain a root of what the argument contains, or a power that may be one: a
-        fractional exponent below ``most``."""
-        for node in reachable([above, below]):
-            powers = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ()
-            if any(base.symbols & argument.symbols and e != int(e) and e < most for base, e in powers):
-                return True
-            if node.kind is Kind.POWER and node.arguments[0].symbols & argument.symbols:
-                return True
-        return False
-
-    def _side(self, argument: Node, above: Node, below: Node) -> int:
-        """The sign of the argument on the only branch with such roots; 0 if both have some."""
-        roots = [self._rooted(argument, one, one) for one in (above, below)]
-        return 0 if all(roots) else 1 if roots[0] else -1
 
     def _reverses(self, node: Node) -> bool:
         """Whether a switch has opposite values on both sides of 0, as friction has, by a velocity."""

@@ -34,7 +34,7 @@ from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, idle_
 from lagrange_cli.native.families.vectors import DoubleVectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import EXPLICIT, LOOSE, PLACED, SIMPLE, Role
+from lagrange_cli.native.guards import EXPLICIT, LOOSE, PLACED, SIMPLE, Role, rooted_kind
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.linear.dependent import called_in
 from lagrange_cli.native.llvm import length
@@ -136,7 +136,9 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         """The guards of switches as ``Interface`` has them."""
         if self.modes is None:
             return ()
-        kinds = dict.fromkeys(self.modes.holding.tolist(), EXPLICIT)
+        roots = self.modes.roots if self.scheme else {}  # series show how far they are good
+        kinds = {i: rooted_kind(one.steep, one.side) for i, one in roots.items()}
+        kinds |= dict.fromkeys(self.modes.holding.tolist(), EXPLICIT)
         kinds |= dict.fromkeys(self.modes.placed.tolist(), PLACED)
         return tuple(kinds.get(i, SIMPLE) for i in range(self.modes.signs.count))
 

@@ -10,6 +10,9 @@ if it ends early; otherwise the polynomial is the cubic one through both ends.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD, Weights
@@ -46,7 +49,7 @@ class Dop853Steps(RateSteps):
         return Places(given.state, DEGREE + 1, ALL * wide_of(given.state))
 
     def helpers(self) -> list[Function]:
-        return [self._inside(), self._ends()]
+        return [*([self._further()] if self.watching else []), self._inside(), self._ends()]
 
     def slope(self, f: Function, k: int, i: Integer) -> Real:
         """The rates of some rows at a stage."""
@@ -100,7 +103,8 @@ class Dop853Steps(RateSteps):
             rounding = f.load_row("%state", i + self.rounding.place, lanes)
             for one, weights in ((fifth, FIFTH), (third, THIRD)):
                 known = f.magnitude(self.total(f, weights, i))
-                known = f.larger(f.fused(rounding, -sum(map(abs, weights.values())), known), zero)
+                known = f.fused(rounding, -sum(map(abs, weights.values())), known)
+                known = f.larger(zero, known)  # which is not a number where a rate is none
                 error = f.select(inside, known * share, zero)
                 one.set(f.fused(error, error, one.get()))
         five, three = (f.reduce("fadd", one.get(), f.constant(0.0)) for one in (fifth, third))
@@ -166,14 +170,37 @@ class Dop853Steps(RateSteps):
             f.call(None, "ends", f.pointer("%work"), chosen)
         return beyond
 
-    def _inside(self) -> Function:
-        """``@inside(constants, state, work)``: the polynomial within the step that has been chosen."""
-        f = Function(f"define internal void @inside{HEAD}) #0")
+    def further(self, f: Function) -> Callable[[Real], Bit] | None:
+        if not self.watching:
+            return None
+        return lambda h: f.call(Bit, "further", *f.pointers("constants", "state", "work"), h)
+
+    def _further(self) -> Function:
+        """``@further(constants, state, work, h)``: the stages within a step, and whether their rates are
+        finite. (A force that begins at 0 may be no number at one of them.)"""
+        f = Function(f"define internal i1 @further{HEAD}, double %h) #0")
+        self.stages_within(f, Real(f, "%h"))
+        total = f.variable(f.zero(self.lengths.lanes))
+        with self._each(f, self.state.rows) as i:
+            sizes = [f.magnitude(self.slope(f, k, i)) for k in range(STAGES + 1, ALL)]
+            inside = self._among(f, i, self.state.rows)
+            total.set(total.get() + f.select(inside, sum(sizes[1:], sizes[0]), f.zero(self.lengths.lanes)))
+        f.give(f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf)
+        return f
+
+    def stages_within(self, f: Function, h: Real) -> None:
+        """The states within a step, and their rates."""
         t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        h = f.load("%work", self._places.chosen + LENGTH)
         for k in range(STAGES + 1, ALL):
             self.stage(f, k, t, low, h)
         self.spend(f, f.constant(float(ALL - STAGES - 1)))
+
+    def _inside(self) -> Function:
+        """``@inside(constants, state, work)``: the polynomial within the step that has been chosen."""
+        f = Function(f"define internal void @inside{HEAD}) #0")
+        h = f.load("%work", self._places.chosen + LENGTH)
+        if not self.watching:
+            self.stages_within(f, h)
         self.write(f, h, dense=True)
         f.give()
         return f

@@ -154,6 +154,11 @@ class RateSteps(RatesAtNodes):
             self.rounding.measure(f)
         return kept.get(), finite.get()
 
+    def further(self, f: Function) -> Callable[[Real], Bit] | None:
+        """What computes the other rates that polynomials need, of a step of some length, and tells whether
+        they are finite."""
+        return None
+
     @abstractmethod
     def finish(self, f: Function, h: Real) -> None:
         """Write the coefficients of the polynomials, in time, where ``advance`` reads them."""
@@ -281,6 +286,7 @@ class RateSteps(RatesAtNodes):
             f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
             self.rounding.forget(f)
             h.set(self.begin(f, first, h.get()))
+        further = self.further(f)
         with f.forever() as attempts:
             ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
             if self.given.static or self.given.cancelling:
@@ -289,7 +295,7 @@ class RateSteps(RatesAtNodes):
             factor = trial.factor
             with f.when(given):
                 f.store(h.get(), "%work", at.chosen + LENGTH)
-                with f.when(~trial.sound):
+                with f.when(~(trial.sound if further is None else trial.sound & further(h.get()))):
                     f.give(f.constant(0.0))
                 attempts.leave()
             with f.when(~trial.sound):
@@ -303,6 +309,10 @@ class RateSteps(RatesAtNodes):
                 attempts.go_on()
             early = first & (factor > self.most) & (trials.get() < TRIALS) & gap.equals(0.0)
             with f.when(~early):
+                if further is not None:
+                    with f.when(~further(h.get())):
+                        h.set(h.get() * APART)
+                        attempts.go_on()
                 f.store(h.get(), "%work", at.chosen + LENGTH)
                 longer = h.get() * f.smaller(factor, f.constant(self.most))
                 f.store(longer, "%work", at.chosen + NEXT)

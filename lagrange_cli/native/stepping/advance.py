@@ -36,6 +36,8 @@ so many, or there are other reasons."""
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 SMALLEST = 2.0**-1022
+UNRESOLVED = 2.0**-60
+"""Steps on rates below this part of t do not resolve where a switch changes."""
 REST = 2.0**-8
 """This part of a step is left to where a vector is 0 that friction acts along."""
 BRANCH = 2.0**-20
@@ -112,8 +114,7 @@ def plan(at: Progress, now: Now) -> Planned:
             length.set(resolved(at, passed))
         h = length.get()
     reach = f.smaller(h, left)
-    too_short = (h <= passed * steps.bounds.shortest + SMALLEST) & (h < left)
-    with f.when(too_short | (at.tries.get() >= TRIES)):
+    with f.when(too_short(at, h, passed, left) | (at.tries.get() >= TRIES)):
         at.leave(Stop.UNDERFLOW)
     remembered = Clock.USUAL_STEP, Clock.LAST_PASS, Clock.PASSES, Clock.LEAVING, Clock.UNEXPLAINED
     usual, last, times, leaving, lax = (f.variable(at.clock(one)) for one in remembered)
@@ -121,6 +122,18 @@ def plan(at: Progress, now: Now) -> Planned:
     at.stops.set(at.no)
     aims = f.variable(at.yes), f.variable(gap), f.variable(h)
     return Planned(now, by_series, sound, left, h, reach, passed, gap, *kept, *aims)
+
+
+def too_short(at: Progress, h: Real, passed: Real, left: Real) -> Bit:
+    """Whether a step is so short that the motion ends before, or is taken further in another way."""
+    shortest = UNRESOLVED if switched(at) else at.steps.bounds.shortest
+    return (h <= passed * shortest + SMALLEST) & (h < left)
+
+
+def switched(at: Progress) -> bool:
+    """Whether steps on rates come to switches: forces, as powers of depths, may be no numbers beyond."""
+    guards = at.steps.guards
+    return guards is not None and guards.interpolated and guards.any_switch
 
 
 def creeping(at: Progress) -> bool:
@@ -198,6 +211,9 @@ def stop_at_guard(at: Progress, step: Planned, due: Variable[Integer], rounds: L
     if creeping(at) and steps.guards and steps.guards.switches:
         root, known = without_chatter(at, step, root, which, known)
     step.bound.set(f.select(known < ahead, known, step.bound.get()))
+    if switched(at):
+        with f.when(~(root <= ahead) & too_short(at, step.bound.get(), step.passed, step.left)):
+            at.leave(Stop.UNDERFLOW)
     if steps.guards and steps.guards.rows.joined:  # what is driven back is hit now
         root = f.select((root < 0.0) & hits(f, which), at.zero, root)
     if aim:

@@ -238,7 +238,12 @@ class GuardCode(GuardSearch):
     @property
     def switches(self) -> bool:
         """Whether a guard is a switch that steps by series come to."""
-        return not self.interpolated and any(one.role is Role.SWITCH for one in self.rows.guards)
+        return not self.interpolated and self.any_switch
+
+    @property
+    def any_switch(self) -> bool:
+        """Whether a guard is a switch."""
+        return any(one.role is Role.SWITCH for one in self.rows.guards)
 
     def is_switch(self, f: Function, j: Integer) -> Bit:
         """Whether the guard ``j`` is a switch."""
