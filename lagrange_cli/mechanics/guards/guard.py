@@ -9,14 +9,17 @@ Where the forces jump at u = 0, both branches may lead back to it: see ``held``.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.guards.branches import Rooted
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import Cut
 from lagrange_cli.mechanics.switching.lengths import Vector
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.guards.branches import Rooted
 
 
 @dataclass(frozen=True)
