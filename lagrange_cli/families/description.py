@@ -18,7 +18,7 @@ from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.saddle_points import SaddlePoint
-from lagrange_cli.mechanics.guards.branches import Rooted
+from lagrange_cli.mechanics.guards.guard import Rooted
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain
-from lagrange_cli.mechanics.guards.branches import Rooted, rooted
+from lagrange_cli.mechanics.guards.guard import Rooted
+from lagrange_cli.mechanics.guards.modes import rooted
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ Where the forces jump at u = 0, both branches may lead back to it: see ``held``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
@@ -18,8 +17,20 @@ from lagrange_cli.mechanics.switching.cuts import Cut
 from lagrange_cli.mechanics.switching.lengths import Vector
 from lagrange_cli.records import dataclass
 
-if TYPE_CHECKING:
-    from lagrange_cli.mechanics.guards.branches import Rooted
+
+@dataclass(frozen=True)
+class Rooted:
+    """Branches that contain roots of the argument: whether they are ``steep`` there, infinitely; and the
+    ``side``, the sign of the argument, that alone has some, or 0."""
+
+    steep: bool
+    side: int
+
+    def joined(self, other: Rooted | None) -> Rooted:
+        """The roots of these branches and of others with the same argument."""
+        if other is None:
+            return self
+        return Rooted(self.steep or other.steep, self.side if self.side == other.side else 0)
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable, union
-from lagrange_cli.mechanics.guards.branches import rooted
-from lagrange_cli.mechanics.guards.guard import Guard, Rest
+from lagrange_cli.mechanics.guards.guard import Guard, Rest, Rooted
 from lagrange_cli.mechanics.guards.unbounded import unbounded
 from lagrange_cli.mechanics.guards.vectors import held, split, vectors
 from lagrange_cli.mechanics.residual import Residual
@@ -209,3 +209,26 @@ class Modes:
 def three_ways(graph: Graph, mode: Node, above: Node, below: Node, held: Node) -> Node:
     """One or the other, depending on a mode: +1, -1, or 0."""
     return graph.switch(mode, above, graph.switch(-mode, below, held, -1), -1)
+
+
+def rooted(argument: Node, above: Node, below: Node) -> Rooted | None:
+    """The roots in the branches of a switch, if there are any: of what its argument contains."""
+    first, second = (_least_exponent(argument, one) for one in (above, below))
+    if first == second == math.inf:
+        return None
+    side = 0 if max(first, second) < math.inf else 1 if first < math.inf else -1
+    return Rooted(min(first, second) < 1.0, side)
+
+
+def _least_exponent(argument: Node, branch: Node) -> float:
+    """The least fractional exponent of what the argument contains; 0 where it is not known, and infinity
+    where there is none."""
+    least = math.inf
+    for node in reachable([branch]):
+        if node.kind is Kind.PRODUCT:
+            for base, exponent in zip(node.arguments, node.data):
+                if base.symbols & argument.symbols and exponent != int(exponent):
+                    least = min(least, exponent)
+        elif node.kind is Kind.POWER and node.arguments[0].symbols & argument.symbols:
+            least = min(least, 0.0)
+    return least
