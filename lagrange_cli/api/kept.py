@@ -146,7 +146,7 @@ class Kept:
                 spec, settings, stage, cached=cached, order=order, factor=factor, meanwhile=wait
             )
 
-        found = self._programs.get((spec.left_out, spec.in_turn, spec.faint, asked), make)
+        found = self._programs.get((spec.left_out, spec.in_turn, spec.tied, spec.faint, asked), make)
         if not waited:
             meanwhile()
         return found

@@ -20,7 +20,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import NONE, Chain, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.elimination import DENSE, elimination_of
+from lagrange_cli.families.elimination import DENSE, Blocks, elimination_of, in_blocks
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.joints.responses import Responses, responses, trees_of
@@ -90,7 +90,7 @@ class Bonds:
     """The ``bounds`` of a system, and the ``names`` of all constraints, so many ``holonomic`` ones first.
     The ``multipliers`` are computed from all equations together, and have no terms. On chains and trees,
     the ``responses`` say what is coupled. The numbers ``surplus`` are those of constraints that follow from
-    others in turn (see ``native.linear.dependent``)."""
+    others in turn (see ``native.linear.dependent``), in groups of those that are ``tied``."""
 
     bounds: tuple[Bound, ...]
     names: Sequence[str]
@@ -98,6 +98,7 @@ class Bonds:
     holonomic: int
     responses: Responses | None = None
     surplus: frozenset[int] = frozenset()
+    tied: tuple[tuple[int, ...], ...] = ()
 
     @property
     def count(self) -> int:
@@ -183,6 +184,11 @@ class Bonds:
         many numbers."""
         return elimination_of(self.count, self.places_of_entries)
 
+    @cached_property
+    def blocks(self) -> Blocks:
+        """How it is factored in blocks, as far as constraints are tied. Raises ``Unsuited`` likewise."""
+        return in_blocks(self.count, self.places_of_entries, self.tied, 0)
+
     @property
     def places_of_entries(self) -> Places:
         """The constraints (entries, 2) of the entries of A M^-1 A^T, on the diagonal and below."""
@@ -218,9 +224,12 @@ def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None
         raise Unsuited  # no coordinate is in one of them
     multipliers = Total(Source.TOTAL, len(names))
     felt = responses_of(found, len(names), builder.q.count, joints) if names and joints is not None else None
-    in_turn = {*spec.in_turn}
-    surplus = frozenset(i for i, name in enumerate(names) if name in in_turn) if in_turn else frozenset()
-    return Bonds(tuple(found), names, multipliers, count, felt, surplus) if names else None
+    place = {name: i for i, name in enumerate(names)} if spec.in_turn else {}
+    surplus = frozenset(place[name] for name in spec.in_turn if name in place)
+    tied = (
+        tuple(tuple(place[name] for name in group if name in place) for group in spec.tied) if place else ()
+    )
+    return Bonds(tuple(found), names, multipliers, count, felt, surplus, tied) if names else None
 
 
 def responses_of(found: Sequence[Bound], count: int, coordinates: int, joints: Articulation) -> Responses:

@@ -17,7 +17,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.coupled_masses import CoupledMasses
-from lagrange_cli.families.elimination import elimination_of
+from lagrange_cli.families.elimination import Blocks, elimination_of, in_blocks
 from lagrange_cli.model.sparse import SparseElimination
 from lagrange_cli.records import dataclass
 
@@ -69,9 +69,22 @@ class SaddlePoint:
         many numbers."""
         return elimination_of(self.count, self.pairs, self.masses.count)
 
+    @cached_property
+    def blocks(self) -> Blocks:
+        """How it is factored in blocks, as far as constraints are tied. Raises ``Unsuited`` likewise."""
+        first = self.masses.count
+        tied = [[first + i for i in group] for group in self.bonds.tied]
+        return in_blocks(self.count, self.pairs, tied, first)
+
     @property
     def sizes(self) -> Places:
         """What each pivot is compared with: of coordinates the entry on the diagonal, of constraints a number
         behind the entries, 0 and 1."""
         diagonal = np.flatnonzero(self.masses.pairs[:, 0] == self.masses.pairs[:, 1])
         return np.concatenate([diagonal, len(self.pairs) + 2 + np.arange(self.bonds.count)])
+
+
+def refuse_coupled(equations: Bonds | SaddlePoint) -> None:
+    """Raise ``Unsuited`` where too much is coupled for these to be solved."""
+    bonds = equations if isinstance(equations, Bonds) else equations.bonds
+    equations.blocks if bonds.surplus else equations.elimination  # noqa: B018 - found once

@@ -25,7 +25,6 @@ from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.elimination import in_small_parts
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
@@ -35,7 +34,7 @@ from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.joints.platforms import put_on_platforms
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
-from lagrange_cli.families.saddle_points import SaddlePoint
+from lagrange_cli.families.saddle_points import SaddlePoint, refuse_coupled
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switching.smooth import passing_where_parameters_jump, smooth_of
 from lagrange_cli.records import replace
@@ -60,8 +59,8 @@ chain take as long in both ways, constraints that are not coupled to others less
 FEWEST_COUPLED = 6
 """Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
 MOST_WRITTEN_OUT = 150
-"""Coordinates up to which they are, too, if some constraints follow from others in turn, where these are not
-in small parts, or there is contact, or friction."""
+"""Coordinates up to which they are, too, if some constraints follow from others in turn, and too much is
+coupled."""
 ALONE = 300
 """Operations of expressions that stand alone up to which they do no harm beside loops."""
 SPARED = 3
@@ -71,7 +70,10 @@ UNKNOWN = ("replaced",)
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None, Reason]] = []
-"""The last one, which is asked for once more when it is compiled; and why there is none, if that is known."""
+"""The last two, which are asked for once more when they are compiled; and why there is none, if that is
+known."""
+_WHOLE: list[tuple[Spec, Spec]] = []
+"""The last one with all constraints."""
 
 
 def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
@@ -135,8 +137,17 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
             why = error.args
         except (Differ, ExpressionError, TooLarge, ArithmeticError):
             pass
-    _LATEST[:] = [(spec, algebra, found, why)]
+    _LATEST[:] = [(spec, algebra, found, why), *_LATEST[:1]]
     return found, why
+
+
+def with_all_constraints(spec: Spec) -> Spec:
+    """The same where none is left out: those that follow from others are treated as if this were in turn."""
+    for known, whole in _WHOLE:
+        if known is spec:
+            return whole
+    _WHOLE[:] = [(spec, replace(spec, in_turn=spec.left_out))]
+    return _WHOLE[0][1]
 
 
 def without_constraints(spec: Spec) -> FamilySystem | None:
@@ -149,22 +160,16 @@ def without_constraints(spec: Spec) -> FamilySystem | None:
 def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:
     """The system. Raises ``Unsuited`` where it is of another kind.
 
-    Constraints that follow from others in turn are kept, if nothing else is solved for together with
-    multipliers. Otherwise members are written out, unless they are too many: then the same constraints are
-    left out everywhere.
+    Constraints that follow from others in turn are kept. Where that is not possible, members are written out,
+    unless they are too many: then the same constraints are left out everywhere.
     """
     if not spec.in_turn:
         return of_any_kind(spec, algebra)
-    left_out = tuple(one for one in spec.left_out if one not in spec.in_turn)
+    turns = {*spec.in_turn}
+    left_out, in_turn = (tuple(i for i in spec.left_out if (i in turns) is kept) for kept in (False, True))
     with suppress(Unsuited, Differ):
-        found = of_any_kind(replace(spec, left_out=left_out), algebra)
-        equations = found.saddle or found.bonds
-        if (
-            found.smooth is None
-            and found.contacts is None
-            and equations is not None
-            and in_small_parts(equations.count, equations.places_of_entries)
-        ):
+        found = of_any_kind(replace(spec, left_out=left_out, in_turn=in_turn), algebra)
+        if found.bonds is not None and found.bonds.surplus:
             return replace(found, spec=spec)
     if len(spec.coordinates) <= MOST_WRITTEN_OUT:
         raise Unsuited
@@ -234,7 +239,7 @@ def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> Fam
     bound = bonds(builder, spec)
     saddle = None if whole is None or bound is None else SaddlePoint(whole, bound)
     if bound is not None:
-        (saddle or bound).elimination  # noqa: B018 - refuses what is coupled to too much
+        refuse_coupled(saddle or bound)
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
@@ -284,6 +289,8 @@ def articulated(spec: Spec, algebra: GraphAlgebra, *, platforms: bool = False) -
     applied = total_of(builder.q.count, [*terms, *felt(slots, found, pushes, builder.totals)], graph)
     momentum = momenta(builder, found)
     bound = bonds(builder, spec, found)
+    if bound is not None and bound.surplus:
+        refuse_coupled(bound)
     return described(
         builder, everyone=Domain(builder.q.count), masses=total_of(builder.q.count, [], graph), forces=forces,
         needed=[*needed, *beside], energies=totals, slopes=whole, gradient=whole, applied=applied,

@@ -14,7 +14,7 @@ from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.poles import moving, shown_slowly, slow
 from lagrange_cli.families.reactions import reactions
 from lagrange_cli.families.switching.smooth import passing_where_parameters_jump
-from lagrange_cli.families.system import any_family_system, family_system, mostly_single
+from lagrange_cli.families.system import any_family_system, family_system, mostly_single, with_all_constraints
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
@@ -28,16 +28,17 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.spec.spec import Spec
 
+OF_CONSTRAINTS = frozenset({"constraints", "multipliers"})
+"""Those of all constraints, also of those that are left out."""
 OUTPUTS = frozenset(
     {"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved", "reactions"}
+    | OF_CONSTRAINTS
 )
 """The outputs that can be computed with families; others go through the members."""
 OF_BODIES = frozenset({"angular_velocities", "angular_momenta", "rotational_energies", "orientations"})
 """Those that systems with rigid bodies have besides."""
 INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion."""
-OF_CONSTRAINTS = frozenset({"constraints", "multipliers"})
-"""Those that systems with constraints have besides."""
 FEWEST_COSTLY = 100
 """Coordinates from which on members are not written out for outputs that were not asked for by name: each
 takes 5 to 30 ms."""
@@ -52,7 +53,7 @@ FEWEST_ONE_BY_ONE = 1000
 
 def suited(spec: Spec, outputs: Collection[str]) -> FamilySystem | None:
     """The system as one of families, if ``ias15`` can follow it so and no force hides."""
-    if spec.events or not known(spec, outputs):
+    if spec.events or not known(outputs):
         return None
     system = in_loops(spec, MANY_BODIES)
     if system is None or system.bonds is not None or system.smooth is not None:
@@ -112,14 +113,9 @@ def speedy(system: FamilySystem, totals: Iterable[Total]) -> int:
     return slots.symbols_of(*made)
 
 
-def known(spec: Spec, outputs: Collection[str]) -> bool:
+def known(outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
-    found = OUTPUTS | OF_BODIES
-    if not spec.constrained:
-        found |= OF_CONSTRAINTS  # there are none
-    elif not spec.left_out:
-        found |= OF_CONSTRAINTS
-    return found.issuperset(outputs)
+    return (OUTPUTS | OF_BODIES).issuperset(outputs)
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
@@ -134,14 +130,17 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if needs is Needs.JACOBIAN:
         return WrittenOut(f"--method {method}", "use --method taylor")
     outputs = compilation.outputs - INTEGRALS
-    others = [one for one in sorted(outputs) if not known(spec, [one])]
+    others = [one for one in sorted(outputs) if not known([one])]
     if others:
         return without_outputs(others)
     plain = compilation.precision == DOUBLE and compilation.factor is None
     if not plain and compilation.backward:
         kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
         return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
-    system = in_loops(spec, method, algebra_for(compilation))
+    redundant = sorted(outputs & OF_CONSTRAINTS) if spec.left_out else []
+    system = in_loops(with_all_constraints(spec) if redundant else spec, method, algebra_for(compilation))
+    if redundant and (system is None or not keeps_all(system)):
+        return without_outputs(redundant)
     if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system, method)):
         return OTHER
     if compilation.section == SECTION:
@@ -179,6 +178,11 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)
     return system
+
+
+def keeps_all(system: FamilySystem) -> bool:
+    """Whether the constraints that follow from others are in the equations, too."""
+    return system.bonds is not None and len(system.bonds.surplus) == len(system.spec.left_out)
 
 
 def passing_or_none(system: FamilySystem) -> FamilySystem | None:
@@ -240,25 +244,28 @@ def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
 def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
     said = ["families are not expanded: the code has a loop over the members of each"]
+    turns = system.bonds is not None and bool(system.bonds.surplus)
     if system.coupled_masses is not None:
-        sparse = (system.saddle or system.coupled_masses).elimination
+        sparse = None if turns else (system.saddle or system.coupled_masses).elimination
         by = f"its factor has {sparse.entries} entries" if sparse else "as a dense matrix"
+        by = "in blocks of known rank" if turns else by
         if system.saddle is None:
             said.append(f"the mass matrix contains parameters only: it is factored once per run, {by}")
         else:
-            often = "once per run" if system.straight_bonds else "in each step"
+            often = "once per run" if system.straight_bonds and not turns else "in each step"
             said.append(f"the matrix of masses and constraints is factored {often}, {by}")
     elif system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")
         if system.bonds is not None:
-            sparse = system.bonds.elimination
+            sparse = None if turns else system.bonds.elimination
             by = f"a sparse matrix, whose factor has {sparse.entries} entries" if sparse else "a dense matrix"
+            by = "a matrix in blocks of known rank" if turns else by
             said.append(f"multipliers are found from {by}")
     else:
         said.append(
             "the accelerations are found along chains and trees, from their tips to their roots and back"
         )
-    if system.bonds is not None and system.bonds.surplus:
+    if turns:
         from lagrange_cli.mechanics.omitted_work import IN_TURN
 
         said.append(IN_TURN)

@@ -134,7 +134,8 @@ def start_in(old: Spec, new: Spec, overrides: Mapping[str, str]) -> tuple[Spec, 
     given = resolve_values(old, overrides)
     whole, values, _ = consistent_values(old, given, old.solve.start or 0.0, overrides)
     transformation = next(one for one in old.transformations.values() if one.replaced == new.replaced)
-    bare = replace(new, left_out=whole.left_out, in_turn=whole.in_turn, faint=whole.faint, events={})
+    known = {name: getattr(whole, name) for name in ("left_out", "in_turn", "tied", "faint")}
+    bare = replace(new, **known, events={})
     return bare, values_in(old, bare, values, transformation)
 
 

@@ -82,9 +82,10 @@ def consistent_values(
             )
         message = f"the constraints cannot be satisfied at the initial state: {reason}"
         raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
-    turns = found.generic.in_turn
-    in_turn = tuple(one for i, one in enumerate(spec.all_constraints) if i in turns) if turns else ()
-    spec = replace(spec, left_out=found.redundant, in_turn=in_turn, faint=found.faint)
+    names = [*spec.all_constraints] if found.generic.tied else []
+    in_turn = tuple(names[i] for i in found.generic.in_turn)
+    tied = tuple(tuple(names[i] for i in group) for group in found.generic.tied)
+    spec = replace(spec, left_out=found.redundant, in_turn=in_turn, tied=tied, faint=found.faint)
     return spec, with_state(values, found), begin_of(found)
 
 

@@ -134,9 +134,9 @@ class Spec:
     indices are looked up.
     ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
     depend on others with the numbers of the run: the equations of motion are derived without them, except
-    those ``in_turn``, which depend on them by factors that change along a motion. ``faint``
-    are those with a coefficient that is 0, or all but 0, with these numbers, or may become so: nothing may be
-    divided by it.
+    those ``in_turn``, which depend on them by factors that change along a motion. Groups of them are
+    ``tied``, in each of which some depend on the others. ``faint`` are those with a coefficient that is 0, or
+    all but 0, with these numbers, or may become so: nothing may be divided by it.
     ``draw`` has no part in the equations.
     ``replaced`` are names of the file that are functions of the ``coordinates`` once these have been changed
     by one of the ``transformations``.
@@ -168,6 +168,7 @@ class Spec:
     bodies: Mapping[str, Body] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
     in_turn: tuple[str, ...] = ()
+    tied: tuple[tuple[str, ...], ...] = ()
     faint: tuple[str, ...] = ()
     draw: Wanted | None = None
     transformations: Mapping[str, Transformation] = field(default_factory=dict)

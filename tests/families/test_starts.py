@@ -153,6 +153,29 @@ def test_the_time_left_of_a_search_is_of_the_right_size(monkeypatch: pytest.Monk
     assert latest() is None
 
 
+TWICE = """
+sizes: {N: 300}
+coordinates:
+  x[i in range(N)]: {initial: i}
+  y[i in range(N)]: {initial: 0}
+masses: {bob[i in range(N)]: 1}
+positions: {"bob[i in range(N)]": "(x[i], y[i])"}
+constraints:
+  rod[i in range(N - 1)]: norm((x[i + 1] - x[i], y[i + 1] - y[i])) - 1
+  held: x[0]
+  twice: 2*norm((x[1] - x[0], y[1] - y[0])) - 2
+"""
+
+
+@pytest.mark.exhaustive(keep=0.35)
+def test_states_near_a_long_chain_are_nearer_than_a_part_of_its_size() -> None:
+    """Its links limit that: one was looked for in vain, and the start taken as a singular configuration."""
+    spec = read_spec(TWICE, "system.yaml")
+    found, _, begin = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
+    assert (found.left_out, begin.singular) == (("twice",), ())
+    assert found.tied == (("rod[0]", "twice"),)
+
+
 @pytest.mark.exhaustive(keep=0.75)
 def test_what_members_are_written_out_for_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "chain.yaml").write_text(chain("pinned", 60), encoding="utf-8")

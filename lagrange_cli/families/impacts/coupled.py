@@ -19,7 +19,9 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Coupled, Impacts
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.impacts.impacts import ROUNDED, Finding
+from lagrange_cli.families.saddle_points import refuse_coupled
 from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.records import replace
 
 ALONG = (
     "impacts that reduce the speed, are coupled, and do not push along the gradient of their expression",
@@ -56,8 +58,11 @@ def coupled_impacts(
     multipliers = Total(Source.TOTAL, fixed + len(impacts))
     bounds = [*(() if bound is None else bound.bounds), *bounds_of(found, fixed)]
     names += [f"contact {number}" for number in impacts.tolist()]
-    bonds = Bonds(tuple(bounds), names, multipliers, 0 if bound is None else bound.holonomic)
-    bonds.elimination  # noqa: B018 - refuses what is coupled to too much
+    if bound is None:
+        bonds = Bonds(tuple(bounds), names, multipliers, 0)
+    else:
+        bonds = replace(bound, bounds=tuple(bounds), names=names, multipliers=multipliers)
+    refuse_coupled(bonds)
     domain, numbers = Domain(len(impacts)), np.arange(len(impacts))
     force = builder.slots.symbol(domain, multipliers, fixed + numbers)
     forces = Total(Source.TOTAL, len(impacts), (Term(domain, force, numbers),))

@@ -92,7 +92,8 @@ def consistent(
     changed += changes(names, search.written.v, v, search.given.open_v, usual)
     redundant = tuple(one for i, one in enumerate(search.names) if i not in general.independent)
     singular = tuple(one for one in singular if one not in redundant)
-    undetermined = tuple(one for i, one in enumerate(search.names) if i in general.coupled)
+    tied = {i for group in general.tied for i in group}
+    undetermined = tuple(one for i, one in enumerate(search.names) if i in tied)
     found = tuple(q), tuple(v), tuple(changed), redundant, undetermined, singular, general
     return Start(*found, faint(search, q, scale), search.normalized)
 

@@ -10,7 +10,16 @@ from typing import Any
 
 from lagrange_cli.errors import NotLinear, SpecError
 from lagrange_cli.expression.syntax import Binary, Call, Name, Negative, Tree, names
-from lagrange_cli.model.start.linear import APART, coupled, damped, in_turn, independent, scattered, steepness
+from lagrange_cli.model.start.linear import (
+    APART,
+    damped,
+    in_turn,
+    independent,
+    joined,
+    scattered,
+    steepness,
+    tied,
+)
 from lagrange_cli.model.start.nearest import NEAR, ROUNDS
 from lagrange_cli.model.start.search import NEARBY, TRIES, Generic, Search
 from lagrange_cli.spec.spec import Spec
@@ -21,6 +30,8 @@ FAINT = 1e-6
 """The part of the largest coefficient below which one is all but 0."""
 EXACTLY = 1e-12
 """States nearby are consistent if constraints are off by no more."""
+CLOSER = (1.0, 2.0**-5, 2.0**-10)
+"""Parts of the usual distance: a long chain is far larger than its links, which limit how far it moves."""
 LATER = (0.37, 1.13)
 """Times after the start at which a constraint is looked at that restricts nothing at the start."""
 
@@ -79,33 +90,43 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
     best = independent(rows, scale, typical)
     if len(best) == len(search.names):
         return Generic(tuple(best), tuple(typical))
-    seen, places = [best], [rows]
-    later = NEARBY * depend_on_time(search, q)  # the start may stand alone at its time
-    for number in range(TRIES if not later else 2 * TRIES):
-        t = search.given.t + later * max(0, number - TRIES + 1)
-        near = nearby(search, q, scale, [*range(search.count)], number, t)
-        if near is not None:
-            there = search.rates(near, search.given.v, t).rows
-            seen.append(independent(there, scale, typical, sine=APART))
-            places.append(there)
-    if len(seen) == 1:
-        rest = disagreement(search, q, scale, best)
-        if rest > AGREE:  # a place that stands alone: nothing is known beyond it
-            return Generic(tuple(range(len(search.names))), tuple(typical))
-        return Generic(tuple(best), tuple(typical), coupled(rows, best, scale), rest)
+    for part in CLOSER:
+        seen, places = [best], [rows]
+        later = NEARBY * depend_on_time(search, q)  # the start may stand alone at its time
+        for number in range(TRIES if not later else 2 * TRIES):
+            t = search.given.t + later * max(0, number - TRIES + 1)
+            near = nearby(search, q, scale, [*range(search.count)], number, t, part)
+            if near is not None:
+                there = search.rates(near, search.given.v, t).rows
+                seen.append(independent(there, scale, typical, sine=APART))
+                places.append(there)
+        if len(seen) > 1:
+            break
+        rest = disagreement(search, q, scale, best, part)
+        if rest <= agreeing(part):
+            return Generic(tuple(best), tuple(typical), joined(tied(rows, best, scale)), rest)
+    else:  # a place that stands alone: nothing is known beyond it
+        return Generic(tuple(range(len(search.names))), tuple(typical))
     best = max(seen, key=len)
-    refuse_restricting(search, q, scale, best)
+    refuse_restricting(search, q, scale, best, part)
     whole = [rows for rows, kept in zip(places, seen) if len(kept) == len(best)]
-    found = sorted({i for rows in whole for i in coupled(rows, best, scale)})
-    return Generic(tuple(best), tuple(typical), tuple(found), in_turn=in_turn(whole, best, scale))
+    found = joined(one for rows in whole for one in tied(rows, best, scale))
+    return Generic(tuple(best), tuple(typical), found, in_turn=in_turn(whole, best, scale))
 
 
-def disagreement(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> float:
+def agreeing(part: float) -> float:
+    """By how much constraints may be off at a ``part`` of the usual distance: other ones by its square."""
+    return max(AGREE * part * part, EXACTLY)
+
+
+def disagreement(
+    search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int], part: float
+) -> float:
     """By how much the other constraints are off, relative to their size, where the ``best`` are satisfied
     nearby; infinite where that is not known."""
     bound, found = [i for i in best if i < search.count], []
     for number in range(TRIES if not depend_on_time(search, q) else 0):
-        near = nearby(search, q, scale, bound, number)
+        near = nearby(search, q, scale, bound, number, part=part)
         if near is not None:
             values, rows = search.position_values(near)
             rest = [i for i in range(search.count) if i not in best]
@@ -135,10 +156,16 @@ def faint(search: Search, q: Sequence[Any], scale: Sequence[float]) -> tuple[str
 
 
 def nearby(
-    search: Search, q: Sequence[Any], scale: Sequence[float], kept: Sequence[int], number: int, t: Any = None
+    search: Search,
+    q: Sequence[Any],
+    scale: Sequence[float],
+    kept: Sequence[int],
+    number: int,
+    t: Any = None,
+    part: float = 1.0,
 ) -> list[Any] | None:
     """A place nearby that satisfies the constraints ``kept``."""
-    place = search.away(q, scale, number)
+    place = search.away(q, scale, number, part)
     for _ in range(ROUNDS):
         try:
             values, rows = search.position_values(place, t)
@@ -152,7 +179,9 @@ def nearby(
     return None
 
 
-def refuse_restricting(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> None:
+def refuse_restricting(
+    search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int], part: float
+) -> None:
     """Refuse constraints that depend on others and contradict them nearby or later."""
     rest = [i for i in range(len(search.names)) if i not in best]
     moving = depend_on_time(search, q)
@@ -160,7 +189,7 @@ def refuse_restricting(search: Search, q: Sequence[Any], scale: Sequence[float],
     for number in range(TRIES if rest else 0):
         for later in (0.0, NEARBY * (number + 1))[: 1 + moving]:
             t = search.given.t + later
-            near = nearby(search, q, scale, bound, number, t)
+            near = nearby(search, q, scale, bound, number, t, part)
             if near is None:
                 continue
             rates = search.rates(near, [0.0 * x for x in near], t)
@@ -169,7 +198,7 @@ def refuse_restricting(search: Search, q: Sequence[Any], scale: Sequence[float],
             for i in rest:
                 size = max(steepness([rates.rows[i]], scale)[0], search.typical(scale)[i])
                 off = float(rates.values[i]) if i < search.count else 0.0
-                if abs(off) > AGREE * size:
+                if abs(off) > agreeing(part) * size:
                     raise search.refusal.restricting(search.names[i], later=bool(later))
                 rate = sum(float(a) * v.get(k, 0.0) for k, a in rates.rows[i].items())
                 rate += float(rates.drifts[i])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -113,21 +113,35 @@ def leading_dense(unit: Sequence[Mapping[int, float]], sine: float) -> list[int]
     return found
 
 
-def coupled(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) -> tuple[int, ...]:
-    """The rows that combinations with those that are not ``kept`` vanish of, and these."""
+def tied(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) -> list[set[int]]:
+    """The rows of each combination that vanishes: one that is not ``kept``, and those it follows from."""
     unit = [
         {k: float(a) * scale[k] / (norm or 1.0) for k, a in row.items()}
         for row, norm in zip(rows, steepness(rows, scale))
     ]
     among = {*kept}
     rest = [i for i in range(len(rows)) if i not in among]
-    found = [*rest]
+    found = {i: {i} for i in rest}
     for part in sparse.parts_of(sparse.products(unit, unit)) if rest else ():
         others, mine = [i for i in part if i not in among], [i for i in part if i in among]
         if others and mine:
             shares = shares_of([unit[i] for i in mine], [unit[i] for i in others])
-            found += [i for i, row in zip(mine, shares) if np.abs(row).max() > APART]
-    return tuple(sorted(found))
+            for k, j in np.argwhere(np.abs(shares) > APART).tolist():
+                found[others[j]].add(mine[k])
+    return [*found.values()]
+
+
+def joined(groups: Iterable[Iterable[int]]) -> tuple[tuple[int, ...], ...]:
+    """The same groups, those that have a number in common as one."""
+    found: list[set[int]] = []
+    of: dict[int, set[int]] = {}
+    for group in groups:
+        whole = {*group}
+        for other in {id(of[i]): of[i] for i in whole if i in of}.values():
+            whole |= other
+        of.update(dict.fromkeys(whole, whole))
+        found.append(whole)
+    return tuple(sorted(tuple(sorted(one)) for one in found if of[min(one)] is one))
 
 
 def in_turn(places: Sequence[Sequence[Row]], kept: Sequence[int], scale: Sequence[float]) -> tuple[int, ...]:

@@ -39,13 +39,13 @@ class Given:
 @dataclass(frozen=True)
 class Generic:
     """What constraints do in general: the numbers of those that are ``independent``, the steepness of each
-    that is ``typical``, and the numbers of those that are ``coupled`` by depending on each other. These
+    that is ``typical``, and groups of those that are ``tied``: some of a group depend on the others. These
     agree up to ``rest``, a part of their size, where that is more than rounding. Those ``in_turn`` depend on
     others by factors that change."""
 
     independent: tuple[int, ...]
     typical: tuple[float, ...]
-    coupled: tuple[int, ...] = ()
+    tied: tuple[tuple[int, ...], ...] = ()
     rest: float = 0.0
     in_turn: tuple[int, ...] = ()
 
@@ -148,9 +148,9 @@ class Search:
         near = self.away(self.given.q, scale, 0)
         return [near[k] if k in self.given.open_q else x for k, x in enumerate(self.given.q)]
 
-    def away(self, q: Sequence[Any], scale: Sequence[float], number: int) -> list[float]:
-        """A place nearby, the same in every run."""
-        return away(q, scale, number, NEARBY)
+    def away(self, q: Sequence[Any], scale: Sequence[float], number: int, part: float = 1.0) -> list[float]:
+        """A place nearby, at a ``part`` of the usual distance, the same in every run."""
+        return away(q, scale, number, part * NEARBY)
 
 
 def away(q: Sequence[Any], scale: Sequence[float], number: int, near: float) -> list[float]:

@@ -22,8 +22,8 @@ from lagrange_cli.records import dataclass
 
 FACTOR, SOLVE = "factor_dependent", "solve_dependent"
 ROWS = 5
-"""Rows behind the block: its right-hand side, the units of rows, the largest entries of columns, and the rows
-and columns that each was exchanged with."""
+"""Rows behind the block: its right-hand side, the units of rows, the largest numbers that are known to have
+been on the diagonal, and then those of columns, and the rows and columns that each was exchanged with."""
 
 
 def size_of(rows: int, surplus: int) -> int:
@@ -62,6 +62,7 @@ class Dependent(Generic[V]):
             kind.store(entry, self.place.name, kind.parts * i, 1)
         for i, unit in enumerate(units):
             kind.store(unit, self.place.name, kind.parts * (behind + i), 1)
+            kind.store(None, self.place.name, kind.parts * (behind + self.size + i), 1)
         made = self._call(Bit, FACTOR)
         assert made is not None
         return made.name
@@ -123,7 +124,7 @@ class DependentFunction(EliminationFunction[V]):
 
     def solve_upper(self, x: Pointer) -> None:
         """Solve with U for the first unknowns."""
-        with self.loop(0, self.rank, tested=False) as done:
+        with self.loop(0, self.rank) as done:
             j = self.rank - done - 1
             place = j * self.doubles
             value = self.kind.mul(self.get(x.name, place), self.get("%a", self.at(j, j)))
@@ -157,12 +158,12 @@ def factor_function(make: type[Written[V]]) -> str:
         return f.magnitude(f.load("%a", f.at(i, j))) * f.load(f.units, i * f.doubles)
 
     with f.loop(0, n, tested=False) as j:
-        largest = f.variable(f.constant(0.0))
+        largest = f.variable(f.load(f.largest, j * f.doubles) * f.load(f.units, j * f.doubles))
         with f.loop(0, n, tested=False) as i:
             largest.set(f.function("maxnum", largest.get(), size(i, j)))
         f.store(largest.get(), f.largest, j * f.doubles)
     regular = f.variable(Bit(f, "true"))
-    with f.loop(0, f.rank, tested=False) as j:
+    with f.loop(0, f.rank) as j:
         row, column, most = f.variable(j), f.variable(j), f.variable(size(j, j))
         with f.loop(j, n, tested=False) as i, f.loop(j, n, tested=False) as k:
             here = size(i, k)
@@ -187,12 +188,12 @@ def factor_function(make: type[Written[V]]) -> str:
             with f.loop(j + 1, n) as k:
                 place = f.at(i, k)
                 f.put(kind.fms(factor, f.get("%a", f.at(j, k)), f.get("%a", place)), "%a", place)
-    with f.loop(0, f.surplus, tested=False) as number:
+    with f.loop(0, f.surplus) as number:
         z, last = f.null_vector(number), f.rank + number
         with f.loop(0, n, tested=False) as i:
             f.put(None, z.name, i * f.doubles)
         f.put(kind.one, z.name, last * f.doubles)
-        with f.loop(0, f.rank, tested=False) as i:
+        with f.loop(0, f.rank) as i:
             f.put(kind.neg(f.get("%a", f.at(i, last))), z.name, i * f.doubles)
         f.solve_upper(z)
         with f.loop(0, number) as other:
@@ -206,18 +207,18 @@ def solve_function(make: type[Written[V]]) -> str:
     """``@solve_dependent(a, rank, n)``: the right-hand side behind ``a`` becomes the solution."""
     f = DependentFunction(make, "void", SOLVE)
     x, n, doubles = f.right, f.n, f.doubles
-    with f.loop(0, f.rank, tested=False) as j:
+    with f.loop(0, f.rank) as j:
         f.exchange(x, j * doubles, f.load_integer(f.rows, j) * doubles, doubles)
-    with f.loop(0, f.rank, tested=False) as j:
+    with f.loop(0, f.rank) as j:
         known = f.get(x.name, j * doubles)
         with f.loop(j + 1, n) as i:
             f.subtract(known, f.get("%a", f.at(i, j)), x, i)
     f.solve_upper(x)
-    with f.loop(f.rank, n, tested=False) as i:
+    with f.loop(f.rank, n) as i:
         f.put(None, x.name, i * doubles)
-    with f.loop(0, f.surplus, tested=False) as number:
+    with f.loop(0, f.surplus) as number:
         f.take_off(x, number)
-    with f.loop(0, f.rank, tested=False) as done:
+    with f.loop(0, f.rank) as done:
         j = f.rank - done - 1
         f.exchange(x, j * doubles, f.load_integer(f.columns, j) * doubles, doubles)
     f.give()

@@ -41,6 +41,7 @@ def consistent_ensemble(
     begins: list[Begin] = []
     faint: set[str] = set()
     in_turn: set[str] = set()
+    tied: set[tuple[str, ...]] = set()
     first: tuple[str, ...] | None = None
     error: SpecError | None = None
     with portion(values.members) as work:
@@ -57,6 +58,7 @@ def consistent_ensemble(
                 otherwise[member] = one.left_out
             faint.update(one.faint)
             in_turn.update(one.in_turn)
+            tied.update(one.tied)
             states[:, member] = (*found.q, *found.v)
             begins.append(begin)
     if first is None:
@@ -66,6 +68,7 @@ def consistent_ensemble(
     size = len(values.q)
     values = replace(values, q=tuple(rows[:size]), v=tuple(rows[size:]), refused=refused, otherwise=otherwise)
     spec = replace(spec, left_out=first, in_turn=tuple(sorted(in_turn)), faint=tuple(sorted(faint)))
+    spec = replace(spec, tied=tuple(sorted(tied)))
     return spec, values, tuple(notes_of_members(begins))
 
 

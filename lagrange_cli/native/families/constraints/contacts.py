@@ -85,7 +85,8 @@ class ContactRestraint(AlongMotion):
         return 1.0 - self.slots.own(domain, self.gates)
 
     def _square(self) -> Total:
-        return self.total(0, []) if self.bonds.elimination is None else super()._square()
+        alone = not self.bonds.surplus and self.bonds.elimination is None
+        return self.total(0, []) if alone else super()._square()
 
 
 class HeldDense(Dense):

@@ -62,7 +62,7 @@ def factors_of(system: FamilySystem, lasting: Lasting, tables: Tables) -> MassFa
     if system.coupled_masses is None:
         return None
     if system.saddle is not None:
-        found = lasting_entries(system, lasting)
+        found = None if system.saddle.bonds.surplus else lasting_entries(system, lasting)
         lasting.matrix = found is not None
         return None if found is None else MassFactors(system.saddle, found, tables, definite=False)
     entries = lasting.arranged(system.coupled_masses.entries)

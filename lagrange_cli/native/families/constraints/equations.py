@@ -53,7 +53,7 @@ def tables_of(equations: Bonds | SaddlePoint, tables: Tables) -> SolvingTables:
     if bonds.surplus:
         first = equations.count - bonds.count
         surplus = {first + i for i in bonds.surplus}
-        return DependentTables(equations.count, equations.places_of_entries, first, surplus, tables)
+        return DependentTables(equations.count, equations.blocks, first, surplus, tables)
     if equations.elimination is None:
         return DenseTables(equations.count, tables)
     return SaddleTables(equations.elimination, tables)
