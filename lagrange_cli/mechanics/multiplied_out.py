@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -28,18 +28,35 @@ def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
 
 
 def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]], longest: int = LONGEST) -> Node | None:
-    """The sum of m v^2/2 for some (m, v), likewise."""
-    products: list[tuple[Node, float]] = []
+    """The sum of m v^2/2 for some (m, v), likewise. Masses that are sums, as (2*I1 - I3)/2 of one that stands
+    for a body, are multiplied out, too, unless that makes more terms: they may add up with others."""
+    parts = [*parts]
+    whole: dict[Node, list[tuple[Node, float]]] = {mass: [(mass, 1.0)] for mass, _ in parts}
+    apart = {mass: monomials(graph, mass) or terms for mass, terms in whole.items()}
+    ways = [apart] if apart == whole else [apart, whole]
+    found = [squares(graph, parts, masses, longest) for masses in ways]
+    return min((one for one in found if one), key=lambda one: len(terms_of(one)), default=None)
+
+
+def squares(
+    graph: Graph,
+    parts: Iterable[tuple[Node, Node]],
+    masses: Mapping[Node, list[tuple[Node, float]]],
+    longest: int,
+) -> Node | None:
+    """The same with the terms of ``masses``."""
+    products, made = list[tuple[Node, float]](), 0
     for mass, component in parts:
         terms = monomials(graph, component)
-        if terms is None or len(products) + len(terms) ** 2 > longest:
+        if terms is None or made + len(terms) ** 2 > longest:
             return None
         collected: dict[Node, float] = {}  # as in (R + h)*v - R*v: a square takes each monomial once
         for one, coefficient in terms:
             collected[one] = collected.get(one, 0.0) + coefficient
         for (a, x), (b, y) in combinations_with_replacement(collected.items(), 2):
             weight = x * y * (0.5 if a is b else 1.0)
-            products.append((graph.product([(mass, 1), (a, 1), (b, 1)]), weight))
+            made += 1
+            products += [(graph.product([(m, 1), (a, 1), (b, 1)]), weight * c) for m, c in masses[mass]]
     return graph.sum(products)
 
 
