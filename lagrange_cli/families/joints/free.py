@@ -8,7 +8,7 @@ place of the masses' accelerations the equations of motion do not, either (H. Go
 
 from __future__ import annotations
 
-from lagrange_cli.expression.node import union
+from lagrange_cli.expression.node import Node, terms_of, union
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints.joints import FreeEnergy, Joints
 from lagrange_cli.mechanics.multiplied_out import halved_squares, monomials
@@ -34,19 +34,30 @@ def with_free_energy(builder: FamilyBuilder, joints: Joints) -> Joints:
 
 
 def with_spin(builder: FamilyBuilder, joints: Joints) -> Joints:
-    """The same with the masses of the others beside a spin: those of a top's axis are exact where it is
-    vertical, unlike the differences I1 sin^2 + I3 cos^2 - (I3 cos)^2/I3 of numbers."""
+    """The same with the masses of the others beside a spin, where they are the shorter for it: those of a
+    top's axis are exact where it is vertical then, unlike I1 sin^2 + I3 cos^2 - (I3 cos)^2/I3 in numbers."""
     graph, free = builder.graph, joints.free
     assert free is not None
     moving = union((*joints.coordinates, builder.time))
     turned = free.kinetic.symbols | union(one.move for one in joints.hung)
+    best, found = 0, joints
     for spin, (coordinate, row) in enumerate(zip(joints.coordinates, free.masses)):
-        coupled = any(not one.is_zero for d, one in enumerate(row) if d != spin)
-        if turned & coordinate.symbols or not coupled or row[spin].is_zero or row[spin].symbols & moving:
+        if turned & coordinate.symbols or row[spin].is_zero or row[spin].symbols & moving:
             continue
-        beside = [[monomials(graph, m - a * b / row[spin]) for m, b in zip(own, row)]
-                  for own, a in zip(free.masses, row)]  # fmt: skip
-        if all(one is not None for own in beside for one in own):
-            masses = tuple(tuple(graph.sum(one or ()) for one in own) for own in beside)
-            return replace(joints, free=replace(free, spin=spin, beside=masses))
-    return joints
+        others = [b for b, _ in enumerate(row) if b != spin]
+        masses = [[*own] for own in free.masses]
+        shorter = 0
+        for b, d in ((b, d) for b in others for d in others):
+            left = masses[b][d] - row[b] * row[d] / row[spin]
+            terms = monomials(graph, left)
+            masses[b][d] = left if terms is None else graph.sum(terms)
+            shorter += length(free.masses[b][d]) - length(masses[b][d])
+        if shorter > best:
+            beside = tuple(map(tuple, masses))
+            best, found = shorter, replace(joints, free=replace(free, spin=spin, beside=beside))
+    return found
+
+
+def length(node: Node) -> int:
+    """The number of terms."""
+    return 0 if node.is_zero else len(terms_of(node))
