@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.normal_forms import added
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -15,6 +16,7 @@ from lagrange_cli.records import replace
 LONGEST, EACH = 400, 40
 """Products that may arise, or so many for each coordinate; with more, the embedding is the better form
 anyway."""
+PARTNERS = {"cos": "sin", "sin": "cos"}
 
 
 def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
@@ -87,6 +89,22 @@ def monomials(graph: Graph, node: Node) -> list[tuple[Node, float]] | None:
                 return None
             terms = [(x * y, c * d) for x, c in terms for y, d in factors]
     return terms
+
+
+def folded(graph: Graph, node: Node) -> Node:
+    """A sum with R sin^2 in place of R - R cos^2, and likewise: where it vanishes, nothing cancels."""
+    terms = dict(terms_of(node))
+    for one in [*terms]:
+        for factor, exponent in factors_of(one):
+            if exponent != 2 or factor.kind is not Kind.FUNCTION or factor.data not in PARTNERS:
+                continue
+            scale, rest = graph.split_coefficient(graph.product([(one, 1), (factor, -2)]))
+            if one in terms and rest in terms and not added(terms[rest], scale * terms[one]):
+                partner = graph.function(PARTNERS[factor.data], factor.arguments)
+                square = graph.product([(rest, 1), (partner, 2)])
+                terms[square] = terms.get(square, 0.0) + terms.pop(rest)
+                del terms[one]
+    return graph.sum(terms.items())
 
 
 def without_time(graph: Graph, node: Node, time: Node) -> Node:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from lagrange_cli.expression.node import Node, terms_of, union
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints.joints import FreeEnergy, Joints
-from lagrange_cli.mechanics.multiplied_out import halved_squares, monomials
+from lagrange_cli.mechanics.multiplied_out import folded, halved_squares, monomials
 from lagrange_cli.records import replace
 
 
@@ -50,7 +50,7 @@ def with_spin(builder: FamilyBuilder, joints: Joints) -> Joints:
         for b, d in ((b, d) for b in others for d in others):
             left = masses[b][d] - row[b] * row[d] / row[spin]
             terms = monomials(graph, left)
-            masses[b][d] = left if terms is None else graph.sum(terms)
+            masses[b][d] = left if terms is None else folded(graph, graph.sum(terms))
             shorter += length(free.masses[b][d]) - length(masses[b][d])
         if shorter > best:
             beside = tuple(map(tuple, masses))
