@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.graph import Graph
@@ -32,34 +32,27 @@ def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
 def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]], longest: int = LONGEST) -> Node | None:
     """The sum of m v^2/2 for some (m, v), likewise. Masses that are sums, as (2*I1 - I3)/2 of one that stands
     for a body, are multiplied out, too, unless that makes more terms: they may add up with others."""
-    parts = [*parts]
-    whole: dict[Node, list[tuple[Node, float]]] = {mass: [(mass, 1.0)] for mass, _ in parts}
-    apart = {mass: monomials(graph, mass) or terms for mass, terms in whole.items()}
-    ways = [apart] if apart == whole else [apart, whole]
-    found = [squares(graph, parts, masses, longest) for masses in ways]
-    return min((one for one in found if one), key=lambda one: len(terms_of(one)), default=None)
-
-
-def squares(
-    graph: Graph,
-    parts: Iterable[tuple[Node, Node]],
-    masses: Mapping[Node, list[tuple[Node, float]]],
-    longest: int,
-) -> Node | None:
-    """The same with the terms of ``masses``."""
-    products, made = list[tuple[Node, float]](), 0
+    products: list[tuple[Node, Node, float]] = []
     for mass, component in parts:
         terms = monomials(graph, component)
-        if terms is None or made + len(terms) ** 2 > longest:
+        if terms is None or len(products) + len(terms) ** 2 > longest:
             return None
         collected: dict[Node, float] = {}  # as in (R + h)*v - R*v: a square takes each monomial once
         for one, coefficient in terms:
             collected[one] = collected.get(one, 0.0) + coefficient
         for (a, x), (b, y) in combinations_with_replacement(collected.items(), 2):
             weight = x * y * (0.5 if a is b else 1.0)
-            made += 1
-            products += [(graph.product([(m, 1), (a, 1), (b, 1)]), weight * c) for m, c in masses[mass]]
-    return graph.sum(products)
+            products.append((mass, a * b, weight))
+    whole = graph.sum([(mass * square, weight) for mass, square, weight in products])
+    masses = {mass: monomials(graph, mass) for mass, _, _ in products if mass.kind is Kind.SUM}
+    if not masses:
+        return whole
+    terms = [
+        (m * square, weight * c)
+        for mass, square, weight in products
+        for m, c in masses.get(mass) or [(mass, 1.0)]
+    ]
+    return min(graph.sum(terms), whole, key=lambda one: len(terms_of(one)))
 
 
 def monomials(graph: Graph, node: Node) -> list[tuple[Node, float]] | None:
