@@ -254,3 +254,59 @@ solve: {stop: 10}
             assert motion.q[name] == pytest.approx(np.repeat(values, MANY, axis=1), abs=least)
         steps.append(motion.attributes["steps"])
     assert steps[1] <= (2 if method == "ias15" else 1) * steps[0]
+
+
+CHAIN = """
+sizes: {N: 20}
+parameters: {m: 0.1, g: 9.81, l: 0.1, I1: 1.0e-4, I3: 1.6e-4}
+coordinates:
+  a[i in range(N)]: {initial: "0.5 + 0.1*i"}
+  psi[i in range(N)]: {initial: 0, velocity: SPIN}
+definitions:
+  h[0]: [l*sin(a[0]), 0, -l*cos(a[0])]
+  h[i in range(1, N)]: h[i - 1] + [l*sin(a[i]), 0, -l*cos(a[i])]
+bodies:
+  rotor[i in range(N)]:
+    mass: m
+    inertia: [I1, I1, I3]
+    position: h[i]
+    orientation: {euler: [0.3, "a[i]", "psi[i]"], sequence: zxz}
+potential: sum(m*g*rotor[i].z for i in range(N))
+solve: {stop: 0.3}
+"""
+BALLS = """
+sizes: {N: 20}
+parameters: {m: 0.1, g: 9.81, l: 0.1, I1: 1.0e-4, I3: 1.6e-4}
+coordinates:
+  phi[i in range(N)]: {initial: "0.1*i", velocity: 1}
+  theta[i in range(N)]: {initial: "pi - 0.001*(2 + cos(i))"}
+  psi[i in range(N)]: {initial: 0, velocity: "500 + 10*i"}
+definitions:
+  e[i in range(N)]: [sin(theta[i])*sin(phi[i]), -sin(theta[i])*cos(phi[i]), cos(theta[i])]
+  h[0]: l*e[0]
+  h[i in range(1, N)]: h[i - 1] + l*e[i]
+bodies:
+  rod[i in range(N)]:
+    mass: m
+    inertia: [I1, I1, I3]
+    position: h[i] - l/2*e[i]
+    orientation: {euler: ["phi[i]", "theta[i]", "psi[i]"], sequence: zxz}
+potential: sum(m*g*rod[i].z for i in range(N))
+solve: {stop: 0.05}
+"""
+
+
+def test_a_chain_swings_in_a_plane_as_if_its_rotors_were_at_rest() -> None:
+    """Their axes stay in that plane, and psi' is constant."""
+    still, fast = (solved(CHAIN.replace("SPIN", str(spin))) for spin in (0, 20_000))
+    assert fast.attributes["steps"] == still.attributes["steps"]
+    assert fast.q["a"] == pytest.approx(still.q["a"], abs=1e-13)
+    assert fast.q["psi"] == pytest.approx(20_000 * np.repeat(fast.t[:, None], 20, axis=1), rel=1e-14)
+
+
+def test_rods_that_hang_from_each_other_and_spin_keep_their_digits_close_to_the_vertical() -> None:
+    """By both precisions alike, in as many steps."""
+    found, expected = (solved(BALLS, precision=one) for one in ("double", "double-double"))
+    assert found.attributes["steps"] <= 1.15 * expected.attributes["steps"] + 5
+    for name, values in expected.q.items():
+        assert found.q[name] == pytest.approx(values, abs=1e-12 * np.abs(values).max())

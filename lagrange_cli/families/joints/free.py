@@ -39,7 +39,7 @@ def with_spin(builder: FamilyBuilder, joints: Joints) -> Joints:
     graph, free = builder.graph, joints.free
     assert free is not None
     moving = union((*joints.coordinates, builder.time))
-    turned = free.kinetic.symbols | union(one.move for one in joints.hung)
+    turned = free.kinetic.symbols | union((*joints.moves, *(one.move for one in joints.hung)))
     best, found = 0, joints
     for spin, (coordinate, row) in enumerate(zip(joints.coordinates, free.masses)):
         if turned & coordinate.symbols or row[spin].is_zero or row[spin].symbols & moving:

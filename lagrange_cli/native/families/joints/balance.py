@@ -60,6 +60,13 @@ class Balance(NodeArrays):
         self.corners = {
             one: self.total(many, [t for k in self.kinds for t in k.corner(*one)]) for one in self.pivots
         }
+        every = [(b, d) for b in range(self.size) for d in range(self.size)]
+        self.spins = {
+            one: self.total(many, [t for k in self.kinds for t in k.spinning(*one)])
+            for one in every
+            if any(k.spinning(*one) for k in self.kinds)
+        }
+        """What couples spins of nodes to others, divided by the masses of spins."""
         self.node_gates = self._gates_of_nodes()
         """``gates`` at nodes, of each coordinate of their joints."""
         self.weights = {
@@ -192,7 +199,7 @@ class Balance(NodeArrays):
     def first(self) -> Sequence[Total]:
         """Before the masses are eliminated."""
         mine = [total for kind in self.kinds for total in kind.first]
-        own = *self.own.values(), *self.corners.values(), *self.node_gates
+        own = *self.own.values(), *self.corners.values(), *self.spins.values(), *self.node_gates
         return [*mine, *own, *self.weights.values(), *self.turned.values(), *self.masses.values()]
 
     @cached_property

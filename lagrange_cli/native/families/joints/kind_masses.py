@@ -73,12 +73,19 @@ class KindMasses(KindSymbols):
         return [Term(self.domain, self.meeting(c, b), self.at)] if self.is_node and b in self.bends else []
 
     def corner(self, b: int, d: int) -> list[Term]:
-        """J^T m J; 1 where the joint has no such coordinate."""
-        if not self.is_node:
+        """J^T m J, without what couples a spin to others; 1 where the joint has no such coordinate."""
+        if not self.is_node or (b != d and self.spin in (b, d)):
             return []
         if d in self.bends:
             return [Term(self.domain, self.bent(b, d) + self.locked(b, d), self.at)]
         return [Term(self.domain, self.graph.one, self.at)] if b == d else []
+
+    def spinning(self, b: int, d: int) -> list[Term]:
+        """What couples the spin ``b`` of a node to another coordinate, divided by its mass."""
+        if not self.is_node or b != self.spin or b == d or d not in self.bends:
+            return []
+        mass = self.bent(b, b) + self.locked(b, b)
+        return [Term(self.domain, self.bent(b, d) / mass, self.at)]
 
     def _eliminate(self) -> None:
         """1 / (J^T m J), and m J / (J^T m J), of joints that carry weights alone."""

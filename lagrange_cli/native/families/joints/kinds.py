@@ -31,7 +31,7 @@ class JointKind(KindMasses):
         pairs = [(b, d) for b in self.bends for d in self.bends[b:]]
         self.free_masses = {one: array(count) for one in pairs if joints.free}
         """M of what hangs from nothing, if it is by energies."""
-        self.spin = None if joints.free is None or self.is_node else joints.free.spin
+        self.spin = None if joints.free is None else joints.free.spin
         self.beside = {one: array(count) for one in pairs if self.spin is not None and self.spin not in one}
         """M beside a spin."""
         self.missing = [array(count) for _ in self.bends]
