@@ -183,6 +183,7 @@ SLOW = (
 FREE = "I3*spin/(I1*cos(tilt[i]))", "0", lambda tilt, spin: C * spin / (A * MP.cos(tilt))
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("spin", [400, 20_000])
 @pytest.mark.parametrize("case", [SLOW, FREE], ids=["heavy", "free"])
 @pytest.mark.parametrize("precision", ["double", "double-double"])
@@ -209,6 +210,7 @@ def test_tops_precess_steadily(case: tuple[str, str, Turn], spin: int, precision
                 assert abs(value - first - speed * time) <= least * max(1, abs(speed) / 2), (name, i, time)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize(
     "matter", ["inertia: [I1, I1, I3]", "inertia: [1.1e-4, 1.1e-4, 1.7e-4]", "solid: {disc: 0.05}"]
