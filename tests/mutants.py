@@ -46,6 +46,7 @@ SUMS = "tests/native/stepping/test_cancelling.py::"
 MEMBERS = "tests/native/families/test_enclosures.py::"
 LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
+SPINS = "tests/families/test_spins.py::"
 CONSTRAINTS = "tests/motions/test_constraints.py::"
 SECTIONS = "tests/motions/test_sections.py::"
 PAGES = "tests/page/test_engine.py::"
@@ -60,6 +61,15 @@ MUTATIONS = {
         "mechanics/routh.py", "routhian = without - inertia * speed**2 / 2.0",
         "routhian = without + inertia * speed**2 / 2.0",
         (FORMULATIONS + "test_routh_s_motion_is_that_of_the_other_formulations",),
+    ),
+    "the slope of the energy of what spins": Mutation(
+        "native/families/joints/kind_series.py", "graph.ddt(p) - slope", "graph.ddt(p) + slope",
+        (SPINS + "test_tops_precess_steadily[double-heavy-400]",),
+    ),
+    "what a spin has of the others' accelerations": Mutation(
+        "native/families/joints/kind_masses.py", "max(spin, b)] = self._kept(-node)",
+        "max(spin, b)] = self._kept(node)",
+        (SPINS + "test_the_axis_is_known_close_to_the_vertical",),
     ),
     "a power of the step in the compensated Horner scheme": Mutation(
         "native/stepping/polynomial.py", "square * square * h, rest)", "square * square, rest)",

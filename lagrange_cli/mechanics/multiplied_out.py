@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.normal_forms import added
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -15,6 +16,7 @@ from lagrange_cli.records import replace
 LONGEST, EACH = 400, 40
 """Products that may arise, or so many for each coordinate; with more, the embedding is the better form
 anyway."""
+PARTNERS = {"cos": "sin", "sin": "cos"}
 
 
 def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
@@ -28,8 +30,9 @@ def reduced_kinetic_energy(model: Model[Node]) -> Node | None:
 
 
 def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]], longest: int = LONGEST) -> Node | None:
-    """The sum of m v^2/2 for some (m, v), likewise."""
-    products: list[tuple[Node, float]] = []
+    """The sum of m v^2/2 for some (m, v), likewise. Masses that are sums, as (2*I1 - I3)/2 of one that stands
+    for a body, are multiplied out, too, unless that makes more terms: they may add up with others."""
+    products: list[tuple[Node, Node, float]] = []
     for mass, component in parts:
         terms = monomials(graph, component)
         if terms is None or len(products) + len(terms) ** 2 > longest:
@@ -39,8 +42,17 @@ def halved_squares(graph: Graph, parts: Iterable[tuple[Node, Node]], longest: in
             collected[one] = collected.get(one, 0.0) + coefficient
         for (a, x), (b, y) in combinations_with_replacement(collected.items(), 2):
             weight = x * y * (0.5 if a is b else 1.0)
-            products.append((graph.product([(mass, 1), (a, 1), (b, 1)]), weight))
-    return graph.sum(products)
+            products.append((mass, a * b, weight))
+    whole = graph.sum([(mass * square, weight) for mass, square, weight in products])
+    masses = {mass: monomials(graph, mass) for mass, _, _ in products if mass.kind is Kind.SUM}
+    if not masses:
+        return whole
+    terms = [
+        (m * square, weight * c)
+        for mass, square, weight in products
+        for m, c in masses.get(mass) or [(mass, 1.0)]
+    ]
+    return min(graph.sum(terms), whole, key=lambda one: len(terms_of(one)))
 
 
 def monomials(graph: Graph, node: Node) -> list[tuple[Node, float]] | None:
@@ -70,6 +82,22 @@ def monomials(graph: Graph, node: Node) -> list[tuple[Node, float]] | None:
                 return None
             terms = [(x * y, c * d) for x, c in terms for y, d in factors]
     return terms
+
+
+def folded(graph: Graph, node: Node) -> Node:
+    """A sum with R sin^2 in place of R - R cos^2, and likewise: where it vanishes, nothing cancels."""
+    terms = dict(terms_of(node))
+    for one in [*terms]:
+        for factor, exponent in factors_of(one):
+            if exponent != 2 or factor.kind is not Kind.FUNCTION or factor.data not in PARTNERS:
+                continue
+            scale, rest = graph.split_coefficient(graph.product([(one, 1), (factor, -2)]))
+            if one in terms and rest in terms and not added(terms[rest], scale * terms[one]):
+                partner = graph.function(PARTNERS[factor.data], factor.arguments)
+                square = graph.product([(rest, 1), (partner, 2)])
+                terms[square] = terms.get(square, 0.0) + terms.pop(rest)
+                del terms[one]
+    return graph.sum(terms.items())
 
 
 def without_time(graph: Graph, node: Node, time: Node) -> Node:

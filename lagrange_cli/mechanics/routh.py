@@ -17,6 +17,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized
 from lagrange_cli.mechanics.matrices import connected
+from lagrange_cli.mechanics.multiplied_out import folded
 from lagrange_cli.mechanics.residual import CyclicMomentum
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
@@ -97,7 +98,7 @@ def eliminate(
             routhian = without - inertia * speed**2 / 2.0
         else:  # multiplied out, L_0 cancels against b^2/(2 M); p^2/(2 M) is a constant
             speed = divided(graph, unit * symbol - rest, inertia)
-            routhian = without + unit * symbol * rest / inertia - rest**2 / (2.0 * inertia)
+            routhian = folded(graph, without + unit * symbol * rest / inertia - rest**2 / (2.0 * inertia))
         found.append(Eliminated(k, symbol, unit, inertia, speed))
     speeds: dict[Node, Node] = {}
     for place in reversed(range(len(found))):  # the last one's contains no other

@@ -15,15 +15,9 @@ LONG = {"andrews_squeezer", "bicycle", "four_bar", "rattleback", "solar_system"}
 """Systems that take long."""
 SOON = 0.2
 """The part of a motion in which errors have not grown."""
-SPINNING = {"foucault_gyroscope", "lagrange_top"}
-"""Those whose spin is eliminated where members are written out; in loops, steps follow it."""
 TEXTS = {name: shipped.text(name) for name in shipped.names() if name not in LONG}
 CASES = [
-    (name, count)
-    for name, text in TEXTS.items()
-    if replicated(text, 1) is not None
-    for count in (2, 12, 30)
-    if count < 30 or name not in SPINNING
+    (name, count) for name, text in TEXTS.items() if replicated(text, 1) is not None for count in (2, 12, 30)
 ]
 
 

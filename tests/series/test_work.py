@@ -25,8 +25,8 @@ CEILINGS = {
     "henon_heiles": (3, 2000),
     "incline": (0, 10),
     "kicked_rotor": (0, 200),
-    "kovalevskaya_top": (28, 15_000),  # sums with the masses of its rotation in twice the precision
-    "lagrange_top": (7, 5000),
+    "kovalevskaya_top": (13, 8600),  # sums with the masses of its rotation in twice the precision
+    "lagrange_top": (6, 4400),
     "lattice": (40, 28_500),  # sine and cosine of each angle
     "n_pendulum": (20, 19_000),  # four for each bob
     "newtons_cradle": (70, 33_000),  # sine and cosine of each angle; distances, and powers of the depths

@@ -14,6 +14,7 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.joints.assembly import Assembly
 from lagrange_cli.families.joints.carriages import on_carriages
+from lagrange_cli.families.joints.free import with_free_energy
 from lagrange_cli.families.joints.joints import Articulation, Part
 from lagrange_cli.families.joints.relative import Relative, relative
 from lagrange_cli.families.turning import Turned
@@ -43,7 +44,8 @@ def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     inertia = tuple(builder.added(one.count, terms) for one, terms in zip(chains, fixed))
     rates = tuple(builder.rates_of(one) for one in chains)
     made = Assembly(builder, chains, parts, movers.rows)
-    return Articulation(tuple(chains), rates, inertia, tuple(made.joints()), movers.relative)
+    joints = tuple(with_free_energy(builder, one) for one in made.joints())
+    return Articulation(tuple(chains), rates, inertia, joints, movers.relative)
 
 
 def weights_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node, Node]]:

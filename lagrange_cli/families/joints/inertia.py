@@ -41,12 +41,12 @@ def momenta(builder: FamilyBuilder, found: Articulation) -> Total:
         carried.append(made)
     terms = []
     for one in found.joints:
-        for symbol, rows in zip(one.coordinates, one.rows):
-            p = graph.zero
+        for b, (symbol, rows) in enumerate(zip(one.coordinates, one.rows)):
+            p = one.free.momenta[b] if one.free else graph.zero
             for move, total in zip(one.moves, carried):
                 assert one.nodes is not None
                 p = p + graph.diff(move, symbol) * slots.symbol(one.domain, total, one.nodes)
-            for weight in one.weights:
+            for weight in one.hung:
                 p = p + graph.diff(weight.move, symbol) * weight.mass * speed(builder, found, one, weight)
             terms.append(Term(one.domain, p, rows))
     if found.relative is not None:
@@ -72,7 +72,9 @@ def kinetic_terms(builder: FamilyBuilder, found: Articulation) -> Iterator[Term]
             m, v = (builder.slots.symbol(domain, one, every) for one in (mass, rate))
             yield Term(domain, 0.5 * m * v * v, np.zeros(found.count, dtype=np.int64))
     for one in found.joints:
-        for weight in one.weights:
+        if one.free is not None:
+            yield Term(one.domain, one.free.kinetic, one.domain.together)
+        for weight in one.hung:
             v = speed(builder, found, one, weight)
             yield Term(one.domain, 0.5 * weight.mass * v * v, np.zeros(one.domain.count, dtype=np.int64))
 

@@ -31,11 +31,28 @@ class Weight:
 
 
 @dataclass(frozen=True, eq=False)
+class FreeEnergy:
+    """The ``kinetic`` energy of weights that hang from nothing, by a joint's coordinates and their
+    ``velocities`` (symbols): the ``momenta`` dT/dq_dot, the ``slopes`` dT/dq, and the ``masses``, which are
+    d2T/dq_dot2. If there is a ``spin``, the number of a coordinate that T does not depend on and of which no
+    other weight does, with a constant mass I, ``beside`` are the masses M_bd - M_bs M_sd/I of the others."""
+
+    kinetic: Node
+    velocities: tuple[Node, ...]
+    momenta: tuple[Node, ...]
+    slopes: tuple[Node, ...]
+    masses: tuple[tuple[Node, ...], ...]
+    spin: int | None = None
+    beside: tuple[tuple[Node, ...], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class Joints:
     """Joints of one kind, the members of a domain: their ``coordinates`` (rows, and symbols), the nodes that
     are their ``parents`` (None: they hang from what does not move; so do those without weights that have the
     number behind the last node), their own ``nodes`` if they have any and the
-    ``moves`` that these add to their parents, and the ``weights`` that they carry besides."""
+    ``moves`` that these add to their parents, and the ``weights`` that they carry besides. Those that hang
+    from nothing may have their energy (``free``) in their place."""
 
     domain: Domain
     rows: tuple[Places, ...]
@@ -44,6 +61,14 @@ class Joints:
     nodes: Places | None
     moves: tuple[Node, ...]
     weights: tuple[Weight, ...]
+    free: FreeEnergy | None = None
+
+    @property
+    def hung(self) -> Sequence[Weight]:
+        """The weights that have no ``free`` energy in their place."""
+        if self.free is None:
+            return self.weights
+        return [one for one in self.weights if self.parents is not None and one.component is not None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,12 @@ where c has what is known already. From the tips on, R = M a_parent + B: each jo
 met, which leaves a matrix of the size of one place (R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
 ch. 7). So the work grows with the number of joints. Weights that a joint carries without further joints are
 treated alike, but without children. M is found once a step; each order goes to the root with B and back with
-a."""
+a. What turns and hangs from nothing may have d/dt dT/dq_dot - dT/dq in place of J^T m a (see
+``families.joints.free``)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -22,32 +23,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.joints.kind_series import PushedJoints, local_of
 from lagrange_cli.native.families.joints.kinds import JointKind
 from lagrange_cli.native.families.joints.node_arrays import Arranged, NodeArrays, array
-from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
-
-
-@dataclass(frozen=True, eq=False)
-class PushedJoints:
-    """Contacts add u (``pushed``) to accelerations of the joints' coordinates, which are ``of_joints`` then;
-    those of the system's coordinates are the ``rates``, and of sums ``of_sums``. Series give what they have
-    of u without what is newest (``gained``), and of J u of nodes (``jolts``); ``series`` are those of the
-    contacts. ``of_kind`` has terms of u for a kind of joints with these moves, and the unknown of each."""
-
-    pushed: Total
-    of_joints: Total
-    rates: Total
-    of_sums: Sequence[Total]
-    gained: Array
-    jolts: Sequence[Array]
-    series: Sequence[Local]
-    of_kind: Callable[[JointKind, Sequence[Node]], Iterable[tuple[Node, Term]]]
 
 
 class Balance(NodeArrays):
@@ -76,6 +60,13 @@ class Balance(NodeArrays):
         self.corners = {
             one: self.total(many, [t for k in self.kinds for t in k.corner(*one)]) for one in self.pivots
         }
+        every = [(b, d) for b in range(self.size) for d in range(self.size)]
+        self.spins = {
+            one: self.total(many, [t for k in self.kinds for t in k.spinning(*one)])
+            for one in every
+            if any(k.spinning(*one) for k in self.kinds)
+        }
+        """What couples spins of nodes to others, divided by the masses of spins."""
         self.node_gates = self._gates_of_nodes()
         """``gates`` at nodes, of each coordinate of their joints."""
         self.weights = {
@@ -202,13 +193,13 @@ class Balance(NodeArrays):
     @cached_property
     def slopes(self) -> Sequence[Array]:
         """What they give in order 0."""
-        return [*self.node_slopes.values(), *(one for kind in self.kinds for one in kind.slopes.values())]
+        return [*self.node_slopes.values(), *(one for kind in self.kinds for one in kind.in_first)]
 
     @cached_property
     def first(self) -> Sequence[Total]:
         """Before the masses are eliminated."""
         mine = [total for kind in self.kinds for total in kind.first]
-        own = *self.own.values(), *self.corners.values(), *self.node_gates
+        own = *self.own.values(), *self.corners.values(), *self.spins.values(), *self.node_gates
         return [*mine, *own, *self.weights.values(), *self.turned.values(), *self.masses.values()]
 
     @cached_property
@@ -244,61 +235,3 @@ class Balance(NodeArrays):
         sweeps = [*self.gains.values(), *self.inverse.values(), *self.passed.values(), *self.accelerations]
         totals = (*self.first, *self.before, *self.between, *self.after)
         return list(dict.fromkeys([*self.local, *self.slopes, *sweeps, *totals]))
-
-
-def local_of(kind: JointKind, touched: PushedJoints | None = None) -> Local:
-    """What the joints' series give; without what contacts add to accelerations."""
-    graph, joints, balance = kind.graph, kind.joints, kind.balance
-    arranged = balance.arrange
-
-    def simple(node: Node) -> Node:
-        """The same with arrays in place of what is constant."""
-        (term,) = arranged(
-            Total(Source.TOTAL, kind.domain.count, (Term(kind.domain, node, kind.domain.every),))
-        ).terms
-        return term.node
-
-    terms: list[tuple[Term, Array]] = []
-    slopes: list[tuple[Term, Array]] = []
-    unknowns: dict[Node, None] = {}
-    work = [graph.zero for _ in kind.bends]
-    moved = [(move, kind.at, balance.rest[c], balance.strain[c]) for c, move in enumerate(joints.moves)]
-    moved += [
-        (weight.move, kind.domain.every, kind.rest[s], kind.strain[s])
-        for s, weight in enumerate(joints.weights)
-    ]
-    pushed = [] if touched is None else [kind.at_rows(touched.pushed, b) for b in kind.bends]
-    for k, (move, places, rest, strain) in enumerate(moved):
-        node = simple(move)
-        if node.symbols & kind.moving:
-            rate = graph.ddt(graph.ddt(node))
-            pairs = [(graph.diff(node, x) * u, 1.0) for x, u in zip(kind.coordinates, pushed)]
-            if pairs:
-                jolt = graph.sum(pairs)
-                unknowns |= dict.fromkeys(u for u in pushed if jolt.symbols & u.symbols)
-                rate = rate - jolt
-                if touched is not None and k < len(joints.moves) and not jolt.is_zero:
-                    terms.append((Term(kind.domain, jolt, places), touched.jolts[k]))
-            terms.append((Term(kind.domain, rate, places), rest))
-        force = balance.slots.symbol(kind.domain, strain, places)
-        for b, symbol in zip(kind.bends, kind.coordinates):
-            slope = graph.diff(node, symbol)
-            if slope.is_zero:
-                continue
-            own = k < len(joints.moves)
-            to = balance.node_slopes[k, b] if own else kind.slopes[k - len(joints.moves), b]
-            slopes.append((Term(kind.domain, slope, places), to))
-            if slope.symbols & kind.moving:
-                work[b] = work[b] + slope * force
-                unknowns[force] = None
-    if touched is not None:
-        for unknown, term in touched.of_kind(kind, [*map(simple, joints.moves)]):
-            unknowns[unknown] = None
-            terms.append((term, touched.gained))
-    for b, node in enumerate(work):
-        if not node.is_zero:
-            terms.append((Term(kind.domain, simple(node), kind.domain.every), kind.missing[b]))
-    change = [kind.own(one) for one in kind.change]
-    if touched is not None:
-        change = [kind.at_rows(touched.of_joints, b) for b in kind.bends]
-    return Local(kind.domain, [*terms, *slopes], len(slopes), kind.coordinates, [*unknowns], change)

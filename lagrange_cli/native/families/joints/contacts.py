@@ -23,7 +23,8 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.tables import met
 from lagrange_cli.native.families.constraints.restraint import Bonded
 from lagrange_cli.native.families.corrected import Local, in_series
-from lagrange_cli.native.families.joints.balance import Balance, PushedJoints
+from lagrange_cli.native.families.joints.balance import Balance
+from lagrange_cli.native.families.joints.kind_series import PushedJoints
 from lagrange_cli.native.families.joints.node_arrays import array
 from lagrange_cli.native.families.joints.reaching import Reaching
 from lagrange_cli.native.families.lasting import Lasting

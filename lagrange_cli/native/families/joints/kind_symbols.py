@@ -10,7 +10,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Term
-from lagrange_cli.families.joints.joints import Joints
+from lagrange_cli.families.joints.joints import Joints, Weight
 from lagrange_cli.native.families.joints.node_arrays import NodeArrays
 
 
@@ -23,7 +23,11 @@ class KindSymbols:
     domain: Domain
     bends: range
     is_node: bool
+    weights: Sequence[Weight]
     slopes: Mapping[tuple[int, int], Array]
+    free_masses: Mapping[tuple[int, int], Array]
+    beside: Mapping[tuple[int, int], Array]
+    spin: int | None
     _inverse: Mapping[tuple[int, int], Node]
     _gains: Mapping[tuple[int, int], Node]
 
@@ -80,8 +84,22 @@ class KindSymbols:
 
     def whole_swing(self, s: int, b: int) -> Node:
         """J of a weight."""
-        slope = self.graph.diff(self.joints.weights[s].move, self.joints.coordinates[b])
+        slope = self.graph.diff(self.weights[s].move, self.joints.coordinates[b])
         return self.graph.zero if slope.is_zero else self.own(self.slopes[s, b])
+
+    def free_mass(self, b: int, d: int) -> Node:
+        """An entry of M of what hangs from nothing, if it is by energies."""
+        free = self.joints.free
+        if free is None or free.masses[b][d].is_zero:
+            return self.graph.zero
+        return self.own(self.free_masses[min(b, d), max(b, d)])
+
+    def beside_spin(self, b: int, d: int) -> Node:
+        """The same of what its elimination leaves."""
+        free = self.joints.free
+        if free is None or free.beside[b][d].is_zero:
+            return self.graph.zero
+        return self.own(self.beside[b, d])
 
     def inverse(self, b: int, d: int) -> Node:
         key = min(b, d), max(b, d)

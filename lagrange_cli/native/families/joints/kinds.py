@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property
 
 from lagrange_cli.expression.node import Node, union
-from lagrange_cli.families.arrays import Term, Total
+from lagrange_cli.families.arrays import Array, Term, Total
 from lagrange_cli.families.joints.joints import Joints
-from lagrange_cli.mechanics.matrices import determinant
-from lagrange_cli.native.families.joints.kind_symbols import KindSymbols
+from lagrange_cli.native.families.joints.kind_masses import KindMasses
 from lagrange_cli.native.families.joints.node_arrays import NodeArrays, array
 
 
-class JointKind(KindSymbols):
+class JointKind(KindMasses):
     """Joints of one kind."""
 
     resting = False
@@ -26,8 +25,15 @@ class JointKind(KindSymbols):
         self.coordinates = tuple(map(balance.arranged_symbol, joints.coordinates))
         self.is_node, self.hangs = joints.nodes is not None, joints.parents is not None
         self.bends, count = range(len(joints.rows)), joints.domain.count
-        self.slopes = {(s, b): array(count) for s, _ in enumerate(joints.weights) for b in self.bends}
-        self.rest = [array(count) for _ in joints.weights]
+        self.weights = joints.hung
+        self.slopes = {(s, b): array(count) for s, _ in enumerate(self.weights) for b in self.bends}
+        self.rest = [array(count) for _ in self.weights]
+        pairs = [(b, d) for b in self.bends for d in self.bends[b:]]
+        self.free_masses = {one: array(count) for one in pairs if joints.free}
+        """M of what hangs from nothing, if it is by energies."""
+        self.spin = None if joints.free is None else joints.free.spin
+        self.beside = {one: array(count) for one in pairs if self.spin is not None and self.spin not in one}
+        """M beside a spin."""
         self.missing = [array(count) for _ in self.bends]
         """What J^T R is without R of the same order."""
         self.first: list[Total] = []
@@ -37,6 +43,11 @@ class JointKind(KindSymbols):
         if not self.is_node:
             self._eliminate()
         self._begin()
+
+    @property
+    def in_first(self) -> Sequence[Array]:
+        """What series give in order 0."""
+        return [*self.slopes.values(), *self.free_masses.values(), *self.beside.values()]
 
     def _begin(self) -> None:
         self.free: list[Total] = []
@@ -55,95 +66,9 @@ class JointKind(KindSymbols):
         """Totals for each coordinate."""
         found += [self.total(made(self, b)) for b in self.bends]
 
-    def total(self, node: Node) -> Total:
-        """A number of each of the kind's members."""
-        return self.balance.total(self.domain.count, [Term(self.domain, node, self.domain.every)])
-
     def strained(self) -> None:
         """R of weights."""
-        self.strain += [self.total(self._strain(s)) for s, _ in enumerate(self.joints.weights)]
-
-    # weights
-
-    def on(self, c: int) -> list[int]:
-        """The weights behind component ``c`` of the parent."""
-        return [s for s, one in enumerate(self.joints.weights) if one.component == c and self.hangs]
-
-    def weight(self, s: int) -> Node:
-        return self.joints.weights[s].mass
-
-    def bent(self, b: int, d: int) -> Node:
-        """An entry of J^T m J of the weights."""
-        every = range(len(self.joints.weights))
-        return self.summed([self.weight(s) * self.swing(s, b) * self.swing(s, d) for s in every])
-
-    def locked(self, b: int, d: int) -> Node:
-        """1 on the diagonal where a coordinate is held."""
-        return 1.0 - self.gate(b) if b == d else self.graph.zero
-
-    def meeting(self, c: int, b: int) -> Node:
-        """An entry of m J of the weights behind a component."""
-        if c in self.balance.turns:
-            every = range(len(self.joints.weights) if self.is_node else 0)
-            return self.summed([self.weight(s) * self.swung(s, c) * self.swing(s, b) for s in every])
-        return self.summed([self.weight(s) * self.swing(s, b) for s in self.on(c)])
-
-    def weighed(self, c: int, e: int) -> list[Term]:
-        """Weights that nodes' joints carry behind their parents."""
-        if not self.is_node or not self.hangs:
-            return []
-        if c in self.balance.turns:
-            every = range(len(self.joints.weights))
-            both = [self.weight(s) * self.swung(s, c) * self.swung(s, e) for s in every]
-            return [Term(self.domain, self.summed(both), self.at)]
-        if e in self.balance.turns:
-            one = [self.weight(s) * self.swung(s, e) for s in self.on(c)]
-            return [Term(self.domain, self.summed(one), self.at)]
-        return [Term(self.domain, self.weight(s), self.at) for s in self.on(c)]
-
-    def met(self, c: int, b: int) -> list[Term]:
-        return [Term(self.domain, self.meeting(c, b), self.at)] if self.is_node and b in self.bends else []
-
-    def corner(self, b: int, d: int) -> list[Term]:
-        """J^T m J; 1 where the joint has no such coordinate."""
-        if not self.is_node:
-            return []
-        if d in self.bends:
-            return [Term(self.domain, self.bent(b, d) + self.locked(b, d), self.at)]
-        return [Term(self.domain, self.graph.one, self.at)] if b == d else []
-
-    def _eliminate(self) -> None:
-        """1 / (J^T m J), and m J / (J^T m J), of joints that carry weights alone."""
-        size, entries = len(self.bends), dict[tuple[int, int], Node]()
-        for b in self.bends:
-            for d in self.bends[b:]:
-                entries[b, d] = entries[d, b] = self._kept(self.bent(b, d) + self.locked(b, d))
-        matrix = [[entries[b, d] for b in self.bends] for d in self.bends]
-        self.determinant = self.total(determinant(self.graph, matrix))
-        self.first.append(self.determinant)
-        for b in self.bends:
-            for d in self.bends[b:]:
-                rows = [[entries[i, j] for j in range(size) if j != b] for i in range(size) if i != d]
-                sign = -1.0 if (b + d) % 2 else 1.0
-                node = sign * determinant(self.graph, [*zip(*rows)]) / self.own(self.determinant)
-                self._inverse[b, d] = self._kept(node)
-        for c in self.balance.axes:
-            for b in self.bends:
-                node = self.summed([self.meeting(c, d) * self.inverse(d, b) for d in self.bends])
-                self._gains[c, b] = node if node.is_zero else self._kept(node)
-
-    def _kept(self, node: Node) -> Node:
-        """A number of each member, computed first."""
-        self.first.append(self.total(node))
-        return self.own(self.first[-1])
-
-    def held(self, c: int, e: int) -> list[Term]:
-        """The mass of weights that hang from nodes."""
-        if self.is_node or self.joints.parents is None:
-            return []
-        node = self.summed([self.weight(s) for s in self.on(c)]) if c == e else self.graph.zero
-        node = node - self.summed([self.gain(c, b) * self.meeting(e, b) for b in self.bends])
-        return [Term(self.domain, node, self.joints.parents)]
+        self.strain += [self.total(self._strain(s)) for s, _ in enumerate(self.weights)]
 
     # orders
 
@@ -162,7 +87,7 @@ class JointKind(KindSymbols):
 
     def freed(self, b: int) -> Node:
         """Q - J^T R, as far as R is known."""
-        balance, joints = self.balance, self.joints
+        balance = self.balance
         terms = []
         if balance.forces.terms:
             terms.append(self.gate(b) * self.at_rows(balance.forces, b))
@@ -172,7 +97,7 @@ class JointKind(KindSymbols):
             return self.summed(terms)
         terms.append(-(self.gate(b) * self.own(self.missing[b])))
         terms += [
-            -(self.swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in range(len(joints.weights))
+            -(self.swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in range(len(self.weights))
         ]
         return self.summed(terms)
 
@@ -193,7 +118,7 @@ class JointKind(KindSymbols):
         terms = [-self.own(self.missing[b])]
         if self.balance.forces.terms:
             terms.append(self.at_rows(self.balance.forces, b))
-        every = range(len(self.joints.weights))
+        every = range(len(self.weights))
         terms += [-(self.whole_swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in every]
         return self.summed(terms)
 
@@ -245,7 +170,7 @@ class JointKind(KindSymbols):
 
     def _strain(self, s: int) -> Node:
         """m a of weights."""
-        one = self.joints.weights[s]
+        one = self.weights[s]
         terms = [] if self.resting else [self.own(self.rest[s])]
         swing = self.whole_swing if self.balance.turns else self.swing
         terms += [swing(s, b) * self.changing(b) for b in self.bends]
@@ -264,6 +189,7 @@ class JointKind(KindSymbols):
         if self.is_node:
             terms += [-(self.whole_slope(c, b) * self.node(one)) for c, one in enumerate(self.balance.strain)]
         terms += [-(self.whole_swing(s, b) * self.own(one)) for s, one in enumerate(self.strain)]
+        terms += [-(self.free_mass(b, d) * self.changing(d)) for d in self.bends]
         return [Term(self.domain, (1.0 - self.gate(b)) * self.summed(terms), self.joints.rows[b])]
 
     # series

@@ -80,6 +80,8 @@ class Sweeps:
                 for d in bends[b:]
             }
             found, positive = inverted(vectors, matrix, size)
+            spins = {key: self.load(array, i) for key, array in balance.spins.items()}
+            found = with_spins(vectors, found, spins, size) if spins else found
             for one in positive:
                 good.set(good.get() & one)
             for key, value in found.items():
@@ -207,6 +209,27 @@ def dotted(
     for a, b in terms:
         total = a * b if total is None else vectors.fused(a, b, total)
     return vectors.constant(0.0) if total is None else total
+
+
+def with_spins(
+    vectors: Vectors,
+    inverse: Mapping[tuple[int, int], Numbers],
+    spins: Mapping[tuple[int, int], Numbers],
+    size: int,
+) -> dict[tuple[int, int], Numbers]:
+    """The inverse of all masses, from that beside spins: (1 - E) M^-1 (1 - E)^T, with E of the ``spins``."""
+
+    every = [(b, d) for b in range(size) for d in range(size)]
+    whole = {(b, d): inverse[min(b, d), max(b, d)] for b, d in every}
+    half = {
+        (b, c): dotted(vectors, [(-x, whole[b, d]) for (a, d), x in spins.items() if a == c], whole[b, c])
+        for b, c in every
+    }
+    return {
+        (b, c): dotted(vectors, [(-x, half[d, c]) for (a, d), x in spins.items() if a == b], half[b, c])
+        for b, c in every
+        if b <= c
+    }
 
 
 def inverted(
