@@ -112,17 +112,20 @@ class Samples:
         if self._absolute:
             self.extent = max(self.extent, float(np.max(np.abs(states[program.state.motion]), initial=0.0)))
         series = recording.series(states, program.integrals, observed, base)
-        self._look_through(times, series)
-        self._emit({"t": times, **series})
+        self._emit({"t": times, **self._looked_through(times, series)})
         return len(times)
 
-    def _look_through(self, times: Array, series: Mapping[str, Array]) -> None:
-        """Note the datasets with samples that are not finite."""
+    def _looked_through(self, times: Array, series: Mapping[str, Array]) -> dict[str, Array]:
+        """The datasets, of which those with samples that are not finite are noted: where these are nan, it is
+        always the same one. Its sign depends on the code that computes it, as of a run that is continued."""
+        looked = dict(series)
         for path, found in series.items():
-            if path not in self.unknown:
-                first = first_unknown(found)
-                if first is not None:
-                    self.unknown[path] = float(times[first])
+            first = first_unknown(found)
+            if first is not None:
+                if not path.startswith(LOW):
+                    self.unknown.setdefault(path, float(times[first]))
+                looked[path] = np.where(np.isnan(found), np.nan, found)
+        return looked
 
     def _prepare(self, parameters: Array) -> None:
         given = with_modes(self._prepared.machine.program, parameters)
@@ -298,8 +301,8 @@ class DoubleDoubleSamples(Samples):
             rows = made.parts(observed, quadratures, base)
             chunk[made.path] = made.shaped([row.high for row in rows])
             chunk[LOW + made.path] = made.shaped([row.low for row in rows])
-        self._look_through(times, {made.path: chunk[made.path] for made in recording.made})
-        self._emit(chunk)
+        both = {path: chunk[path] for one in recording.made for path in (one.path, LOW + one.path)}
+        self._emit(chunk | self._looked_through(times, both))
         return len(times)
 
     def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:

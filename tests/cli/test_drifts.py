@@ -124,6 +124,7 @@ constraints: {rod: y - x - 1}
         t, rod = file["t"][:], file["multipliers/rod"][:]
         assert file["q/x"][:] == pytest.approx(np.maximum(t - 1.5, 0) ** 3 / 12, abs=1e-14)
         assert rod[t > 1.5] == pytest.approx(t[t > 1.5] / 2 - 0.25, abs=1e-14)
+        assert rod[t < 1.5].tobytes() == np.full(3, np.nan).tobytes()  # whatever code has computed it
 
 
 def test_it_is_told_again_of_a_run_that_is_continued(folder, capsys):

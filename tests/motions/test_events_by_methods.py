@@ -393,3 +393,22 @@ def test_what_is_done_when_friction_stops_a_block(method, tolerance):
     drag = 0.3 * 9.81
     assert motion["events/on/t"] == pytest.approx([1 / drag, 2 / drag], abs=1e-9)
     assert motion["q/x"][-1] == pytest.approx(1 / drag, abs=1e-9)
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("DOP853", 1e-12), *[("Radau", 10.0**-k) for k in range(6, 12)]]
+)
+def test_a_body_that_is_lifted_leaves_the_floor_in_few_steps(method, tolerance):
+    """Its acceleration is 0 at first: polynomials of long steps have roots there that are their errors."""
+    text = """
+coordinates: {y: {initial: 0}, x: {initial: 0, velocity: 1}}
+lagrangian: y_dot**2/2 + x_dot**2/2 - x**2/2
+generalized_forces: {y: x - 0.5}
+events: {floor: {when: y, direction: falling, action: {set: {y_dot: -0.5*y_dot}}}}
+"""
+    motion, begins = stepped(text, 1.5, method, tolerance, samples=61), math.pi / 6
+    passed = np.maximum(motion.t - begins, 0.0)
+    known = np.cos(begins) * passed + 0.5 - np.sin(begins + passed) - passed**2 / 4
+    assert motion["q/y"] == pytest.approx(known, abs=10 * tolerance)
+    assert motion.outcome.steps < 300

@@ -26,8 +26,8 @@ CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
 """The step ends at a root if this moves by no more than this part, or if it is near and moves no less than
 before; and how often it is taken again at most."""
 FARTHER, AHEAD, LOST = 1.25, 16.0, 3
-"""The root may be so much beyond the end of the step. If it is not, it is looked for so much farther, so
-often."""
+"""The root may be so much beyond the end of the step. If it is not, it is looked for so much farther, or half
+way to the end of the whole step (geometric mean), so often."""
 NEARER, DOUBTS = 0.0625, 8
 """Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often;
 likewise where only a part of it is examined. Polynomials of long steps have errors in which what hardly moves
@@ -37,8 +37,6 @@ NOTED = len(NOTES)
 """The highest coefficient of an argument that is noted where an event happens."""
 NOW = 2.0**-60
 """The root is where the step begins if it is nearer than this part of t."""
-AT_ONCE = 2.0**-36
-"""Up to this part of the step, polynomials are as precise as its end."""
 
 
 def watched_rows(guards: GuardRows) -> tuple[int, ...]:
@@ -184,11 +182,11 @@ class Watching:
             places[1].set(which)
             places[2].set(known)
         root, which, known = places[0].get(), places[1].get(), places[2].get()
-        with f.when(~((root > h * AT_ONCE) & (root <= known))):
-            now = (root > 0.0) & (root <= f.magnitude(steps.now(f)) * NOW)
-            f.give(f.select(now, f.constant(0.0), root), which, known)
+        now = root <= f.magnitude(steps.now(f)) * NOW
+        with f.when(now | ~(root <= known)):
+            f.give(f.select(now & (root > 0.0), f.constant(0.0), root), which, known)
         end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
-        lost = f.variable(f.count(0))
+        lost, free = f.variable(f.count(0)), f.variable(f.constant(0.0))
         with f.section() as found, f.loop(0, TIMES, tested=False) as i:
             x = end.get()
             with f.when(~(steps.retried(f, x) > 0.0)):
@@ -203,11 +201,15 @@ class Watching:
                 end.set(root)
             with f.otherwise():
                 lost.set(lost.get() + 1)
+                free.set(f.select((root >= 0.0) & (known >= x), x, free.get()))
                 with f.when((x >= h) | (lost.get() >= LOST) | i.equals(TIMES - 1)):
                     steps.retried(f, h)
                     root, which, known = guards.first(f, h, unit)
-                    f.give(f.select(self._crosses(f, which, h), root, none), which, known)
-                end.set(f.smaller(x * AHEAD, h))
+                    root = f.select(self._crosses(f, which, h), root, none)
+                    with f.when((root >= none) & (known < free.get())):  # up to a root that is rounding
+                        f.give(none, which, steps.retried(f, free.get()))
+                    f.give(root, which, known)
+                end.set(f.smaller(f.larger(x * AHEAD, f.function("sqrt", x * h)), h))
         f.give(end.get(), guard.get(), h)
         return f
 

@@ -119,17 +119,18 @@ class EquationsProof(Proof):
                 f.store_row(extent + low, "%extents", one * LANES, aligned=True)
         nothing = self.margins.negligible(f, h)
 
-        def rates(first: int, count: int, extents: int, scales: int, *, speeds: bool) -> None:
+        def rates(first: int, count: int, extents: int | None, scales: int | None, *, speeds: bool) -> None:
             """The extents of rates of rows, and what each rate may be off, from such places on."""
             with f.loop(0, count, TOGETHER, tested=False) as i:
                 listed = several(first, i, count)
                 rows, last = rows_of(listed), [top] * TOGETHER
-                sizes = sums_of(rows, last, 2, scaled)
-                if extents >= 0:
+                if extents is not None:
                     for one, extent in zip(listed, sums_of(rows, last, 2, r)):
                         place = (one + (extents - first)) * LANES
                         f.store_row(extent * f.splat(inverse, LANES), "%extents", place, aligned=True)
-                for one, row, size in zip(listed, rows, sizes):
+                if scales is None:
+                    return
+                for one, row, size in zip(listed, rows, sums_of(rows, last, 2, scaled)):
                     off = (size + f.magnitude(f.load(row, lengths.term))) * inverse
                     if speeds:
                         speed = f.magnitude(f.load("%state", one)) / h
@@ -138,17 +139,26 @@ class EquationsProof(Proof):
                         off = off * self.margins.small
                     f.store(off, "%scales", one + (scales - first))
 
-        followed = bool(self.margins.integrals[1])
-        rates(first_rate, rate_count, -1 if followed else 2 * n, 0, speeds=True)
+        if self.margins.integrals[1]:
+            rates(first_rate, rate_count, None, 0, speeds=True)
+            if union(self.defect.accelerations) & self._symbols:
+                rates(n, n, 2 * n, None, speeds=True)
+        else:
+            rates(n, n, 2 * n, 0, speeds=True)
         if multipliers:
             rates(first_multiplier, multipliers, 3 * n, rate_count, speeds=False)
+
+    @property
+    def _symbols(self) -> int:
+        """Those that the terms contain, momenta and entries of the equations included."""
+        inside = [term for row in self.defect.terms for term in row]
+        inside += [one.momentum for one in self.residual.cyclic_momenta]
+        return union([*inside, *(entry for row in self.residual.entries for entry in row.values())])
 
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
         """The disks of the symbols that the terms contain."""
         model, n, emitter, lengths = self.residual.model, self.lengths.degrees, disks.centres, self.lengths
-        inside = [term for row in self.defect.terms for term in row]
-        inside += [one.momentum for one in self.residual.cyclic_momenta]
-        symbols = union([*inside, *(entry for row in self.residual.entries for entry in row.values())])
+        symbols = self._symbols
         known: dict[Node, Disk | None] = {model.time: Disk("%t", radii(f, Real(f, "%h")))}
         residual = self.residual
         rows = [*range(n, 2 * n), *range(self.margins.multipliers[0], sum(self.margins.multipliers))]
