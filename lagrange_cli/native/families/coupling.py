@@ -45,11 +45,9 @@ class Dependencies:
 def of_families(system: FamilySystem) -> Coupling:
     """The coupling of a system of families."""
     count = system.q.count
-    totals = needed([system.forces], system.slots)
-    joints = system.joints
-    apart = joints is not None and not joints.count
-    together = system.bonds is not None or joints is not None
-    if together and not apart:
+    totals, joints, bonds = needed([system.forces], system.slots), system.joints, system.bonds
+    grouped = bonds is not None or joints is not None
+    if joints is not None and joints.count or bonds is not None and any(one.holds for one in bonds.bounds):
         return full(count)
     if any(isinstance(one, Chain) for one in totals):
         return full(count)
@@ -59,9 +57,9 @@ def of_families(system: FamilySystem) -> Coupling:
             known[total] = pairs_of(system, total, known)
         found = known[system.forces] if system.forces.terms else nothing(count)
         rows, columns = np.repeat(np.arange(count), np.diff(found.starts)), found.columns
-        if apart:
-            rows, columns = of_joints(system, rows, columns)
-        if system.coupled_masses is not None:  # matrices are those of forces
+        if grouped:
+            rows, columns = of_groups(system, rows, columns)
+        elif system.coupled_masses is not None:  # matrices are those of forces
             rows, columns = with_masses(system.coupled_masses, rows, columns)
     except TooMany:
         return full(count)
@@ -83,28 +81,22 @@ def nothing(count: int) -> Dependencies:
     return Dependencies(np.zeros(count + 1, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
-def of_joints(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
-    """What accelerations depend on where there are no nodes, and forces do on ``columns`` by ``rows``: those
-    of a joint are found together, and so are those of joints that constraints couple."""
-    assert system.joints is not None
-    count, bounds = system.q.count, system.bonds.bounds if system.bonds else ()
-    joint = trees_of(system.joints, count)[1]
-    label = joint.copy()
-    while True:
-        before = label.copy()
-        for one in bounds:
-            least = np.full(system.bonds.count if system.bonds else 0, count)
-            for held in one.rows:
-                np.minimum.at(least, one.numbers, label[held])
-            for held in one.rows:
-                np.minimum.at(label, held, least[one.numbers])
-        of_label = np.full(count, count)
-        np.minimum.at(of_label, joint, label)
-        label = of_label[joint]
-        if np.array_equal(before, label):
-            break
+def of_groups(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """What accelerations depend on where those of a joint without nodes are found together, and so are those
+    of coordinates that constraints or masses couple; forces depend on ``columns`` by ``rows``."""
+    count = system.q.count
+    label = groups(system)
     every = np.arange(count)
-    keys = distinct(np.concatenate([label * count + every, label[rows] * count + columns]))
+    found = [label[rows] * count + columns, label * count + every]
+    for one in system.bonds.bounds if system.bonds else ():
+        owner = np.full(system.bonds.count if system.bonds else 0, count)
+        for held in one.rows:
+            owner[one.numbers] = label[held]
+        for node in (one.node, *one.slopes):
+            for _, slot in system.slots.inside(node):
+                if slot.array.source in (Source.COORDINATES, Source.VELOCITIES):
+                    found.append(owner[one.numbers] * count + slot.table)
+    keys = distinct(np.concatenate(found))
     order = np.argsort(label, kind="stable")
     starts = np.searchsorted(label[order], every)
     sizes = np.bincount(label, minlength=count)
@@ -113,6 +105,30 @@ def of_joints(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tu
         raise TooMany
     owners, inside = in_groups(sizes[which])
     return order[starts[which][owners] + inside], column[owners]
+
+
+def groups(system: FamilySystem) -> IndexArray:
+    """The least coordinate of those that each one is found together with."""
+    count, bonds = system.q.count, system.bonds
+    label: IndexArray = np.arange(count) if system.joints is None else trees_of(system.joints, count)[1]
+    joint, masses = label, system.coupled_masses
+    while True:
+        before, label = label, label.copy()
+        for one in bonds.bounds if bonds else ():
+            least = np.full(bonds.count if bonds else 0, count)
+            for held in one.rows:
+                np.minimum.at(least, one.numbers, label[held])
+            for held in one.rows:
+                np.minimum.at(label, held, least[one.numbers])
+        if masses is not None:
+            i, j = masses.pairs.T
+            np.minimum.at(label, i, label[j])
+            np.minimum.at(label, j, label[i])
+        of_label = np.full(count, count)
+        np.minimum.at(of_label, joint, label)
+        label = of_label[joint]
+        if np.array_equal(before, label):
+            return label
 
 
 def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Dependencies]) -> Dependencies:

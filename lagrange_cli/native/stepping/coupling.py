@@ -110,10 +110,10 @@ def near(count: int, rows: IndexArray, columns: IndexArray) -> IndexArray:
 
 def of_residual(residual: Residual) -> Coupling:
     """The coupling of equations of motion that are written singly."""
-    count = len(residual.residual)
-    special = residual.multipliers or residual.dependent or residual.cyclic_momenta or residual.contacts
-    if count <= FEW or special:
-        return full(len(residual.state_q))
+    count = len(residual.state_q)
+    special = residual.dependent or residual.cyclic_momenta or residual.contacts or residual.bent
+    if count <= FEW or special or len(residual.residual) != count + len(residual.multipliers):
+        return full(count)
     from lagrange_cli.expression.node import bits, union
     from lagrange_cli.mechanics.matrices import connected
 
@@ -123,10 +123,10 @@ def of_residual(residual: Residual) -> Coupling:
         for k, symbol in enumerate(symbols)
     }
     rows, columns = list[int](), list[int]()
-    for block in connected(residual.mass_matrix):  # accelerations in it depend on the same
+    for block in connected(residual.mass_matrix):  # accelerations, and multipliers, in it depend on the same
         together = [node for k in block for node in (residual.residual[k], *residual.mass_matrix[k])]
         found = {index[bit] for bit in bits(union(together)) if bit in index}
-        for k in block:
+        for k in (k for k in block if k < count):
             rows += [k] * len(found)
             columns += found
     return coupling_of(count, np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64))
