@@ -47,7 +47,8 @@ def of_families(system: FamilySystem) -> Coupling:
     count = system.q.count
     totals, joints, bonds = needed([system.forces], system.slots), system.joints, system.bonds
     grouped = bonds is not None or joints is not None
-    if joints is not None and joints.count or bonds is not None and any(one.holds for one in bonds.bounds):
+    chained = bonds is not None and any(one.holds for one in bonds.bounds)
+    if chained or (joints is not None and joints.count):
         return full(count)
     if any(isinstance(one, Chain) for one in totals):
         return full(count)
