@@ -42,9 +42,11 @@ the fewer it takes; those on shorter times are left out."""
 UNASKED = 1 << 10
 """So many of them are taken before signals are asked for, so that a motion that is interrupted again and
 again, and begins to pass anew each time, gets beyond most configurations."""
+FIRST_LOOK = 4
+"""Marks, each of so many steps as ``MARK``, before a motion is looked at."""
 LOST = 2.0**18
 """Relative errors of coordinates that are multiplied by so much, in the accelerations, say that a singular
-configuration is near where steps are short."""
+configuration is near where steps are short; by the square of that, that it is there."""
 CLOSER = 5
 """So many times the time of a singular configuration is found to an eighth of what it was known to."""
 PROJECTIONS = 4
@@ -88,9 +90,10 @@ def passed(
     most: int,
     agreed: float,
     limited: bool = False,
-) -> tuple[Passage | None, bool]:
+) -> tuple[tuple[Passage, float] | None, bool]:
     """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
-    believed and ends before ``end``; and whether this end has ``limited`` the choice, or did so before.
+    believed and ends before ``end``: on what way, and when that is singular; and whether this end has
+    ``limited`` the choice, or did so before.
     ``origins`` are the memories at earlier times, the earliest first. ``pause`` is given the time and says
     how many steps of the motion may be taken again at once, 0 if it is to end here; in all, ``most`` are.
     Polynomials are believed if lower degrees have ``agreed`` with them so well, relative to the motion."""
@@ -115,9 +118,10 @@ def passed(
         if way.stop < end:
             space.memory[:] = memory
             _go(space, way)
-            if _uneventful(space, way) and _believed(space, way, agreed):
+            time = where(space, way, singular)
+            if time is not None and _uneventful(space, way) and _believed(space, way, agreed):
                 space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
-                return way, limited
+                return (way, time), limited
     space.memory[:] = memory
     return None, limited
 
@@ -158,9 +162,9 @@ def _believed(space: Workspace, way: Passage, agreed: float) -> bool:
     return satisfied and float(np.max(np.abs(rates - due))) <= ACCELERATED * agreed * size
 
 
-def where(space: Workspace, way: Passage, before: float) -> float:
+def where(space: Workspace, way: Passage, before: float) -> float | None:
     """The time of the singular configuration on the way, after ``before``: where accelerations lose most
-    digits."""
+    digits. None if they lose so few that it is not on the way."""
     memory, layout, (low, high) = space.memory.copy(), space.layout, (before, way.stop)
     for _ in range(CLOSER):
         times = np.linspace(low, high, 17)
@@ -168,10 +172,10 @@ def where(space: Workspace, way: Passage, before: float) -> float:
         for t, state in zip(times, way.at(times)[: layout.rows].T, strict=True):
             space.memory[layout.part(0)], space.memory[layout.time] = state, t
             lost.append(digits_lost(space))
-        best = int(np.nanargmax(lost))
+        best = int(np.argmax(np.nan_to_num(lost, nan=np.inf)))
         low, high = times[max(best - 1, 0)], times[min(best + 1, 16)]
     space.memory[:] = memory
-    return float(times[best])
+    return float(times[best]) if lost[best] > LOST**2 else None
 
 
 MARK = 256
@@ -198,13 +202,20 @@ class EarlierTimes:
         """How many steps there are, after ``steps``, until a memory may be due."""
         return MARK - steps % MARK
 
-    def near(self, progress: float) -> bool:
-        """Whether steps are so short, after the last of them that have made some ``progress``, and digits of
-        accelerations are lost, that the motion may be just before a singular configuration."""
-        if not self.memories:
+    def near(self, steps: int) -> bool:
+        """Whether the motion may be just before a singular configuration, after so many steps: since the last
+        one, half of them have hardly advanced, at this pace, and accelerations lose digits. That is looked at
+        after 2^k steps, as the state tells by how often it was moved to the constraints."""
+        if steps % MARK or not self.memories:
             return False
-        elapsed = abs(self.space.t - float(self.memories[0][self.space.layout.time]))
-        return progress <= LITTLE * elapsed and digits_lost(self.space) > LOST
+        memory, first, last = self.space.memory, self.memories[0], self.memories[-1]
+        place, counted = self.space.layout.time, self.space.layout.at(Clock.PROJECTIONS)
+        marks = int(memory[counted] - first[counted]) // MARK
+        if marks < FIRST_LOOK or marks & (marks - 1):
+            return False
+        progress = abs(memory[place] - last[place]) * marks / 2
+        elapsed = abs(memory[place] - first[place])
+        return bool(progress <= LITTLE * elapsed) and digits_lost(self.space) > LOST
 
     def passed(
         self, wanted: Array, stop: float, pause: Callable[[float], int], most: int, *, limited: bool
@@ -217,10 +228,11 @@ class EarlierTimes:
         if not origins:
             return None, limited
         most = min(most, MOST_REPLAYED)
-        way, limited = passed(
+        found, limited = passed(
             self.space, origins, stop, pause, most=most, agreed=self._agreed, limited=limited
         )
-        if way is None:
+        if found is None:
             return None, limited
-        self.singular, self.memories = (*self.singular, where(self.space, way, before)), ()
+        way, time = found
+        self.singular, self.memories = (*self.singular, time), ()
         return way.at(wanted[wanted <= way.stop]), limited

@@ -88,7 +88,7 @@ class Stepper:
         self._first = None if beside is None else self._short_step(beside.number)
         self._helpers: Helpers | None = None
         self.steps, self._every = 0, observer.checkpoints.every
-        self._start, self._marked, self._near = times.start, 0, False
+        self._start, self._marked = times.start, 0
         self._earlier: EarlierTimes | None = None
         if program.constraints:
             from lagrange_cli.integrate.methods.passing import EarlierTimes
@@ -210,7 +210,7 @@ class Stepper:
             before = first + done
             done, self.steps = done + int(space.info[0]), self.steps + int(space.info[1])
             self.limited |= bool(space.info[2])
-            self._near = False
+            near = stop is Stop.PAUSE and self._earlier is not None and self._earlier.near(self.steps)
             if stop is Stop.PAUSE and self._marks(self.steps):
                 stop = Stop.CRAWL
                 if self._earlier is None:
@@ -229,8 +229,8 @@ class Stepper:
                 stop = Stop.PAUSE
             if stop is Stop.PAUSE and self.finished is not None:
                 return Stop.GUARD, done
-            if self._earlier and (stop in PASSED or self._near):
-                most = self.steps if self._near else MOST_STEPS
+            if self._earlier and (stop in PASSED or near):
+                most = self.steps if near else MOST_STEPS
                 given = times[done : len(wanted)], self._stop, lambda t: 0 if halt(t) else self._pause
                 on_the_way, self.limited = self._earlier.passed(*given, most, limited=self.limited)
                 if on_the_way is None and halt(space.t):
@@ -262,18 +262,14 @@ class Stepper:
         return self._settling.samples(self._settling.onset, wanted[wanted < self.space.t])
 
     def _marks(self, steps: int) -> bool:
-        """Record the progress of the motion, if that is due. Returns whether it crawls; a singular
-        configuration may be ``near``."""
+        """Record the progress of the motion, if that is due. Returns whether it crawls."""
         if steps == self._marked or steps_to_mark(steps - 1) != 1:
             return False
         self._marked = steps
         clock = self.space.memory[self.space.layout.clock]
         elapsed = abs(self.space.t - self._start)
         looks = partial(loses_digits, self.space), partial(nothing_moves, self.space)
-        if crawls(clock, steps, elapsed, self._stop, *looks):
-            return True
-        self._near = self._earlier is not None and self._earlier.near(abs(float(clock[Clock.PROGRESS])))
-        return False
+        return crawls(clock, steps, elapsed, self._stop, *looks)
 
     def heard(self) -> AbstractContextManager[None]:
         """A context in which a signal ends a step that is divided for integrals, which may take long."""
