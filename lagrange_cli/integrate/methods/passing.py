@@ -88,6 +88,7 @@ def passed(
     pause: Callable[[float], int],
     *,
     most: int,
+    sure: bool,
     agreed: float,
     limited: bool = False,
 ) -> tuple[tuple[Passage, float] | None, bool]:
@@ -96,6 +97,7 @@ def passed(
     ``limited`` the choice, or did so before.
     ``origins`` are the memories at earlier times, the earliest first. ``pause`` is given the time and says
     how many steps of the motion may be taken again at once, 0 if it is to end here; in all, ``most`` are.
+    If it is not ``sure`` that there is such a configuration, accelerations must lose enough digits.
     Polynomials are believed if lower degrees have ``agreed`` with them so well, relative to the motion."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
     longest = singular - float(origins[0][layout.time])
@@ -118,8 +120,9 @@ def passed(
         if way.stop < end:
             space.memory[:] = memory
             _go(space, way)
-            time = where(space, way, singular)
-            if time is not None and _uneventful(space, way) and _believed(space, way, agreed):
+            time, lost = where(space, way, singular)
+            there = sure or lost > LOST**2
+            if there and _uneventful(space, way) and _believed(space, way, agreed):
                 space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
                 return (way, time), limited
     space.memory[:] = memory
@@ -162,9 +165,9 @@ def _believed(space: Workspace, way: Passage, agreed: float) -> bool:
     return satisfied and float(np.max(np.abs(rates - due))) <= ACCELERATED * agreed * size
 
 
-def where(space: Workspace, way: Passage, before: float) -> float | None:
+def where(space: Workspace, way: Passage, before: float) -> tuple[float, float]:
     """The time of the singular configuration on the way, after ``before``: where accelerations lose most
-    digits. None if they lose so few that it is not on the way."""
+    digits, and how many times larger relative errors are there."""
     memory, layout, (low, high) = space.memory.copy(), space.layout, (before, way.stop)
     for _ in range(CLOSER):
         times = np.linspace(low, high, 17)
@@ -175,7 +178,7 @@ def where(space: Workspace, way: Passage, before: float) -> float | None:
         best = int(np.argmax(np.nan_to_num(lost, nan=np.inf)))
         low, high = times[max(best - 1, 0)], times[min(best + 1, 16)]
     space.memory[:] = memory
-    return float(times[best]) if lost[best] > LOST**2 else None
+    return float(times[best]), lost[best]
 
 
 MARK = 256
@@ -218,19 +221,19 @@ class EarlierTimes:
         return bool(progress <= LITTLE * elapsed) and digits_lost(self.space) > LOST
 
     def passed(
-        self, wanted: Array, stop: float, pause: Callable[[float], int], most: int, *, limited: bool
+        self, wanted: Array, stop: float, pause: Callable[[float], int], steps: int | None, *, limited: bool
     ) -> tuple[Array | None, bool]:
-        """Pass a singular configuration: the samples (rows, n) on the way, or None where that is impossible
-        or is not to be done (``pause`` and ``most``, see ``passing.passed``); and whether the stop time has
-        influenced the motion, as it has before if it is ``limited``."""
+        """Pass a singular configuration that the motion has stopped at or, after so many ``steps``, may be
+        ``near``: the samples (rows, n) on the way, or None where that is impossible or is not to be done
+        (``pause``, see ``passing.passed``); and whether the stop time has influenced the motion, as it has
+        before if it is ``limited``."""
         before, place = self.space.t, self.space.layout.time
         origins = [one for one in self.memories if one[place] < before]
         if not origins:
             return None, limited
-        most = min(most, MOST_REPLAYED)
-        found, limited = passed(
-            self.space, origins, stop, pause, most=most, agreed=self._agreed, limited=limited
-        )
+        most, sure = MOST_REPLAYED if steps is None else min(steps, MOST_REPLAYED), steps is None
+        given, agreed = (self.space, origins, stop, pause), self._agreed
+        found, limited = passed(*given, most=most, sure=sure, agreed=agreed, limited=limited)
         if found is None:
             return None, limited
         way, time = found

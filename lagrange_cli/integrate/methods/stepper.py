@@ -230,9 +230,9 @@ class Stepper:
             if stop is Stop.PAUSE and self.finished is not None:
                 return Stop.GUARD, done
             if self._earlier and (stop in PASSED or near):
-                most = self.steps if near else MOST_STEPS
                 given = times[done : len(wanted)], self._stop, lambda t: 0 if halt(t) else self._pause
-                on_the_way, self.limited = self._earlier.passed(*given, most, limited=self.limited)
+                steps = self.steps if near else None
+                on_the_way, self.limited = self._earlier.passed(*given, steps, limited=self.limited)
                 if on_the_way is None and halt(space.t):
                     stop = Stop.PAUSE
                 if on_the_way is not None:
