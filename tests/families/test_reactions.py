@@ -126,7 +126,7 @@ def test_of_chains_and_bodies(case: str, count: int, method: str, monkeypatch: p
         for name in ("FEWEST", "FEWEST_JOINTED", "FEWEST_TURNING"):
             monkeypatch.setattr(systems, name, few)
         ready, motion = moved(text, method)
-        assert ready.machine.program.loops == (few == 0)
+        assert ready.machine.program.loops == (few == 0) or count == 1  # one member may be no tree
         found.append(motion.data["reactions/" + ("body" if case == "bodies" else "b")])
     size = np.max(np.abs(found[1]), initial=1.0)
     assert np.max(np.abs(found[0] - found[1])) < 2.0**-40 * size
