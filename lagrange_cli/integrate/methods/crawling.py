@@ -89,11 +89,11 @@ def digits_lost(space: Workspace, one: bool = False) -> float:
     space.memory[q] *= 1.0 + MOVED * np.cos(np.arange(q.stop - q.start) * math.e)
     moved = space.rates()[q]
     space.memory[:], space.work[:] = memory, work
-    sizes, changes = np.abs(known), np.abs(moved - known)
-    if not one:
-        sizes = np.full_like(sizes, sizes.max())
-    changed = changes != 0.0
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # rates that are not finite lose all digits
+        sizes, changes = np.abs(known), np.abs(moved - known)
+        if not one:
+            sizes = np.full_like(sizes, sizes.max())
+        changed = changes != 0.0
         return float(np.max(changes[changed] / sizes[changed], initial=0.0)) / MOVED
 
 

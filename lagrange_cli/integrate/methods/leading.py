@@ -25,20 +25,21 @@ exact: Any = np.frompyfunc(Decimal, 1, 1)
 
 @dataclass(frozen=True)
 class Choice:
-    """Which polynomials are tried: those of these ``degrees``, that are known up to this part of their length
-    before the time that they lead beyond, and lead as far beyond it. One is believed if that of
-    ``LOWER`` degrees less has ``agreed`` with it so well, relative to the motion; if they agree to
+    """Which polynomials are tried: those of these ``degrees``, that are known up to a part of their length
+    before the time that they lead beyond, and lead as far beyond it: this one, or the next one if no other
+    leads ``away``. (Nearer polynomials are known better, but steps from there lead less far.) One is believed
+    if that of ``LOWER`` degrees less has ``agreed`` with it so well, relative to the motion; if they agree to
     ``rounding``, they differ by no more."""
 
     degrees: tuple[int, ...]
-    away: float
+    away: tuple[float, ...]
     agreed: float
     rounding: float
 
 
 CHOICES = {
-    1: Choice((14, 20, 26), 1 / 75, 1e-10, 2.0**-46),
-    2: Choice((26, 38, 50), 1 / 300, 1e-16, 2.0**-90),
+    1: Choice((14, 20, 26), (1 / 75, 1 / 300), 1e-10, 2.0**-46),
+    2: Choice((26, 38, 50), (1 / 300,), 1e-16, 2.0**-90),
 }
 """For numbers that are sums of so many doubles."""
 LOWER = 2
@@ -72,9 +73,14 @@ class Passage:
 
 
 def passages(
-    singular: float, lengths: Iterator[float], sampled: Callable[[Array], Array | None], parts: int
+    singular: float,
+    lengths: Iterator[float],
+    sampled: Callable[[Array], Array | None],
+    parts: int,
+    part: float,
 ) -> Iterator[Passage]:
-    """Polynomials of the chosen degrees that are known for so long before the ``singular`` time.
+    """Polynomials of the chosen degrees that are known for so long before the ``singular`` time, up to this
+    ``part`` of it.
 
     ``sampled`` gives the states (rows of every part, n) at times before it, or None.
     """
@@ -82,7 +88,7 @@ def passages(
     highest = choice.degrees[-1]
     points = np.sort(chebyshev.chebpts1(highest + 1))
     for length in lengths:
-        away = length * choice.away
+        away = length * part
         start, known, stop = singular - length, singular - away, singular + away
         times = (start + known) / 2.0 + (known - start) / 2.0 * points
         states = sampled(times)

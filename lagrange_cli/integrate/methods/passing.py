@@ -30,8 +30,9 @@ ROUNDED = 2.0**20
 KEPT = 8
 """So many memories of earlier times are kept. Close to a singular configuration, thousands of steps may lead
 nowhere, and what is before them counts."""
-COARSER = 1000
-"""Polynomials need not agree better than to so many times the tolerance of steps."""
+COARSER, AS_WELL = 1000, 10
+"""Polynomials need not agree better than to so many times the tolerance of steps; those that agree to so many
+times that are as good as each other."""
 SATISFIED, ACCELERATED = 10, 1e5
 """The constraints and the accelerations must agree with them to so many times what they agree to."""
 LOOKS = 65
@@ -54,15 +55,27 @@ PROJECTIONS = 4
 
 
 def ways(
-    space: Workspace, longest: float, shortest: float, sampled: Callable[[Array], Array | None], agreed: float
-) -> list[Passage]:
-    """Polynomials that lead beyond the singular time and with which lower degrees have ``agreed``: that of
-    the least estimated error first; of those with rounding errors alone, the longest. (Close behind the
-    singular time, steps would lead nowhere.)"""
+    space: Workspace,
+    longest: float,
+    shortest: float,
+    sampled: Callable[[Array], Array | None],
+    tolerance: float,
+) -> Iterator[Passage]:
+    """Polynomials that lead beyond the singular time and with which lower degrees agree: that of the least
+    estimated error first; of those with errors of rounding, or of steps within the ``tolerance``, the
+    longest. (Close behind the singular time, steps would lead nowhere.)"""
     parts = space.machine.program.parts
-    fitted = passages(space.t, lengths(space.t, longest, shortest), sampled, parts)
-    found = [one for one in fitted if one.error <= agreed]
-    return sorted(found, key=lambda one: (max(one.error, CHOICES[parts].rounding), -one.stop))
+    agreed, exact = agreement(parts, tolerance), max(CHOICES[parts].rounding, AS_WELL * tolerance)
+    singular = space.t
+    for part in CHOICES[parts].away:
+        fitted = passages(singular, lengths(singular, longest, shortest), sampled, parts, part)
+        found = [one for one in fitted if one.error <= agreed]
+        yield from sorted(found, key=lambda one: (max(one.error, exact), -one.stop))
+
+
+def agreement(parts: int, tolerance: float) -> float:
+    """How well lower degrees must agree, relative to the motion."""
+    return max(CHOICES[parts].agreed, COARSER * tolerance)
 
 
 def lengths(singular: float, longest: float, shortest: float) -> Iterator[float]:
@@ -89,7 +102,7 @@ def passed(
     *,
     most: int,
     sure: bool,
-    agreed: float,
+    tolerance: float,
     limited: bool = False,
 ) -> tuple[tuple[Passage, float] | None, bool]:
     """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
@@ -97,13 +110,13 @@ def passed(
     ``limited`` the choice, or did so before.
     ``origins`` are the memories at earlier times, the earliest first. ``pause`` is given the time and says
     how many steps of the motion may be taken again at once, 0 if it is to end here; in all, ``most`` are.
-    If it is not ``sure`` that there is such a configuration, accelerations must lose enough digits.
-    Polynomials are believed if lower degrees have ``agreed`` with them so well, relative to the motion."""
+    Ways come first on which accelerations lose so many digits that the configuration is there; other ones
+    are taken only if it is ``sure`` that there is one. Steps were taken within a relative ``tolerance``."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
     longest = singular - float(origins[0][layout.time])
     usual = max(float(one[layout.at(Clock.STEP)]) for one in origins)
     shortest = usual * PART or longest * 0.5**HALVINGS
-    left = most
+    left, agreed = most, agreement(space.machine.program.parts, tolerance)
 
     def more(steps: int) -> int:
         nonlocal left
@@ -115,18 +128,22 @@ def passed(
         before = [one for one in origins if one[layout.time] <= times[0]]
         return space.again(before[-1], times, more)
 
-    for way in ways(space, longest, shortest, sampled, agreed):
+    other: tuple[Passage, float] | None = None
+    for way in ways(space, longest, shortest, sampled, tolerance):
         limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory
             _go(space, way)
             time, lost = where(space, way, singular)
-            there = sure or lost > LOST**2
-            if there and _uneventful(space, way) and _believed(space, way, agreed):
-                space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
-                return (way, time), limited
+            if _uneventful(space, way) and _believed(space, way, agreed):
+                if lost > LOST**2:
+                    return (way, time), limited
+                other = other or (way, time)
     space.memory[:] = memory
-    return None, limited
+    if other is None or not sure:
+        return None, limited
+    _go(space, other[0])
+    return other, limited
 
 
 def _go(space: Workspace, way: Passage) -> None:
@@ -138,8 +155,10 @@ def _go(space: Workspace, way: Passage) -> None:
         memory[layout.part(part)] = values
     memory[[layout.at(one) for one in BEGINNING]] = 0.0
     memory[layout.time], memory[layout.at(Clock.TIME_LOW)] = way.stop, 0.0
+    projections = memory[layout.at(Clock.PROJECTIONS)]
     for _ in range(PROJECTIONS):
         space.project()
+    memory[layout.at(Clock.PROJECTIONS)] = projections + 1
 
 
 def _uneventful(space: Workspace, way: Passage) -> bool:
@@ -175,7 +194,8 @@ def where(space: Workspace, way: Passage, before: float) -> tuple[float, float]:
         for t, state in zip(times, way.at(times)[: layout.rows].T, strict=True):
             space.memory[layout.part(0)], space.memory[layout.time] = state, t
             lost.append(digits_lost(space))
-        best = int(np.argmax(np.nan_to_num(lost, nan=np.inf)))
+        lost = np.nan_to_num(lost, nan=np.inf).tolist()
+        best = int(np.argmax(lost))
         low, high = times[max(best - 1, 0)], times[min(best + 1, 16)]
     space.memory[:] = memory
     return float(times[best]), lost[best]
@@ -192,7 +212,7 @@ class EarlierTimes:
 
     def __init__(self, space: Workspace, tolerance: float) -> None:
         self.space, self.memories, self.singular = space, tuple[Array, ...](), tuple[float, ...]()
-        self._agreed = max(CHOICES[space.machine.program.parts].agreed, COARSER * tolerance)
+        self._tolerance = tolerance
 
     def keep(self, steps: int) -> None:
         """Keep the memory, if that is due after so many steps."""
@@ -232,8 +252,8 @@ class EarlierTimes:
         if not origins:
             return None, limited
         most, sure = MOST_REPLAYED if steps is None else min(steps, MOST_REPLAYED), steps is None
-        given, agreed = (self.space, origins, stop, pause), self._agreed
-        found, limited = passed(*given, most=most, sure=sure, agreed=agreed, limited=limited)
+        given, tolerance = (self.space, origins, stop, pause), self._tolerance
+        found, limited = passed(*given, most=most, sure=sure, tolerance=tolerance, limited=limited)
         if found is None:
             return None, limited
         way, time = found

@@ -231,7 +231,7 @@ class Stepper:
                 return Stop.GUARD, done
             if self._earlier and (stop in PASSED or near):
                 given = times[done : len(wanted)], self._stop, lambda t: 0 if halt(t) else self._pause
-                steps = self.steps if near else None
+                steps = self.steps if near or stop is Stop.CRAWL else None
                 on_the_way, self.limited = self._earlier.passed(*given, steps, limited=self.limited)
                 if on_the_way is None and halt(space.t):
                     stop = Stop.PAUSE
