@@ -147,7 +147,8 @@ def test_bennetts_linkage_turns(method: str, ratio: float, twist: float, angle: 
         np.array([np.cos(motion.q[name] / 2), np.sin(motion.q[name] / 2)]) for name in ("t1", "t2")
     )
     ratio_of_tangents = second[1, 0] * first[0, 0] / (second[0, 0] * first[1, 0])
-    error = {"DOP853": 1e-8, "radau": 1e-9}.get(method, 1e-12)
+    # samples of DOP853 are of a polynomial within its steps, which constraints do not correct
+    error = {"DOP853": 1e-7, "radau": 1e-9}.get(method, 1e-12)
     assert second[1] * first[0] == pytest.approx(ratio_of_tangents * second[0] * first[1], abs=error)
     assert np.sin(motion.q["t2"] - motion.q["t3"]) == pytest.approx(0, abs=error)
     assert np.ptp(motion.q["t1"]) > 2 * np.pi
