@@ -97,8 +97,9 @@ def endings(
 
 def before(end: End, time: float) -> End:
     """A motion as if it had ended some time before it did."""
-    count = len(end.state) // 2
-    rates = np.concatenate([end.state[count:], end.accelerations])
+    count = len(end.accelerations)
+    rates = np.zeros(len(end.state))  # integrals behind q and v are not asked for
+    rates[: 2 * count] = [*end.state[count : 2 * count], *end.accelerations]
     return replace(end, t=end.t - time, state=end.state - np.where(np.isfinite(rates), rates, 0.0) * time)
 
 

@@ -4,8 +4,12 @@ import math
 import re
 
 import mpmath
+import numpy as np
 import pytest
 
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.method import End
+from lagrange_cli.run.causes import before
 from tests.support.command import lagrange
 
 
@@ -158,3 +162,10 @@ def test_what_passes_0_does_not_grow_without_bound():
         rate = -0.5 if x < 1 else 1e40
         values = {"x": Dual((x, rate, a / 2)), "x_dot": Dual((rate, a, 0.0))}
         assert any(text.startswith("x ") for _, text in escapes(spec, values)) == told
+
+
+def test_integrals_behind_the_state_stay_as_they_are():
+    """A motion as if it had ended before has those of its end, as where an explanation asks for it twice."""
+    end = End(Ending.STEP_UNDERFLOW, 2.0, np.array([1.0, 3.0, 7.0]), 9, 9, accelerations=np.array([4.0]))
+    earlier = before(end, 0.5)
+    assert (earlier.t, earlier.state.tolist()) == (1.5, [-0.5, 1.0, 7.0])
