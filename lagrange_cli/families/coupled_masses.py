@@ -40,6 +40,14 @@ class CoupledMasses:
     entries: Total
     sizes: Places | None = None
     """What pivots are compared with, if it is not the diagonal."""
+    curved: tuple[Product, ...] = ()
+    """What is no constant of the motion in them: the part of T."""
+
+    def places(self, one: Product) -> Sequence[Places]:
+        """Where a product's coefficients go among the entries: those of squares, c v^2, whose second derivative
+        is 2 c, twice."""
+        keys = self.pairs[:, 0] * self.count + self.pairs[:, 1]
+        return places_of(keys, self.count, one)
 
     @cached_property
     def elimination(self) -> SparseElimination | None:
@@ -81,20 +89,29 @@ class CoupledMasses:
 
 
 def coupled_masses(
-    root: Domain, count: int, diagonal: Sequence[Term], products: Sequence[Product]
-) -> CoupledMasses:
-    """M of so many coordinates, from terms on its ``diagonal`` and products of velocities."""
-    numbers = [np.arange(count) * (count + 1)]
-    numbers += [np.maximum(p.first, p.second) * count + np.minimum(p.first, p.second) for p in products]
+    root: Domain, count: int, diagonal: Sequence[Term], products: Sequence[Product], one: Node,
+    curved: Sequence[Product] = (),
+) -> CoupledMasses:  # fmt: skip
+    """M of so many coordinates, from terms on its ``diagonal`` and products of velocities, those that are no
+    constants ``curved``; and the number ``one``."""
+    numbers = [np.arange(count) * (count + 1), *(key_of(count, p) for p in (*products, *curved))]
     keys = distinct(np.concatenate(numbers))
     size = len(keys)
     terms = [Term(t.domain, t.node, np.searchsorted(keys, t.targets * (count + 1))) for t in diagonal]
-    for product, key in zip(products, numbers[1:]):
-        places = np.searchsorted(keys, key)
-        terms.append(Term(product.domain, product.node, places))
-        square = product.first == product.second  # c v^2, whose second derivative is 2 c
-        if square.any():
-            terms.append(Term(product.domain, product.node, np.where(square, places, size + 2)))
-    terms.append(Term(root, products[0].node.graph.one, np.array([size + 1])))
+    for product in (*products, *curved):
+        terms += [Term(product.domain, product.node, at) for at in places_of(keys, count, product)]
+    terms.append(Term(root, one, np.array([size + 1])))
     pairs = np.stack(np.divmod(keys, count), axis=1)
-    return CoupledMasses(count, pairs, Total(Source.TOTAL, size + 3, tuple(terms)))
+    return CoupledMasses(count, pairs, Total(Source.TOTAL, size + 3, tuple(terms)), curved=tuple(curved))
+
+
+def key_of(count: int, one: Product) -> Places:
+    """The numbers of entries, row by row."""
+    found: Places = np.maximum(one.first, one.second) * count + np.minimum(one.first, one.second)
+    return found
+
+
+def places_of(keys: Places, count: int, one: Product) -> Sequence[Places]:
+    """Where a product's coefficients go among entries with these keys (``CoupledMasses.places``)."""
+    places, square = np.searchsorted(keys, key_of(count, one)), one.first == one.second
+    return [places, *([np.where(square, places, len(keys) + 2)] if square.any() else [])]

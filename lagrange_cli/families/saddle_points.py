@@ -1,9 +1,9 @@
-"""Equations for accelerations and multipliers together, where M is constant but not diagonal:
+"""Equations for accelerations and multipliers together, where M is not diagonal, or no constant:
 
     M a - A^T lambda = F,    -A a = c,
 
-with the slopes A of the constraints and the rest c of their second derivatives (first ones, of those on
-velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen, Numerical solution
+with the slopes A of the constraints, if there are any, and the rest c of their second derivatives (first
+ones, of those on velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen, Numerical solution
 of saddle point problems, Acta Numerica 14, 2005). A constraint is eliminated behind all coordinates that it
 contains: then no pivot is 0 as long as M is positive and the constraints are independent.
 """
@@ -42,7 +42,7 @@ class SaddlePoint:
         keys = [
             (self.masses.count + bounds[b].numbers) * size + bounds[b].rows[a] for b, a in self.bonds.pulls
         ]
-        found = distinct(np.concatenate(keys))
+        found = distinct(np.concatenate([np.zeros(0, dtype=np.int64), *keys]))
         before = len(self.masses.pairs)
         return [before + np.searchsorted(found, one) for one in keys], np.stack(
             np.divmod(found, size), axis=1

@@ -21,9 +21,10 @@ from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, opposite, total_of
-from lagrange_cli.families.bonds import Bonds, bonds
+from lagrange_cli.families.bonds import Bonds, bonds, unbound
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
+from lagrange_cli.families.curved_masses import inertia
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
@@ -190,22 +191,27 @@ def of_any_kind(spec: Spec, algebra: type[GraphAlgebra]) -> FamilySystem:
                 return articulated(spec, algebra(), platforms=platforms)
             except (Unsuited, Differ) as error:
                 why = why or error
-    try:
-        return separate(spec, algebra(), coupled=True)
-    except (Unsuited, Differ) as error:
-        if error.args or why is None:
-            raise
-        raise why from None
+    for curved in (False, True):
+        try:
+            return separate(spec, algebra(), coupled=True, curved=curved)
+        except (Unsuited, Differ) as error:
+            if error.args:
+                raise
+            why = why or error
+    assert why is not None
+    raise why
 
 
-def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> FamilySystem:
-    """The same, where M is constant, and diagonal unless it may be ``coupled``."""
+def separate(
+    spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False, curved: bool = False
+) -> FamilySystem:
+    """The same, where M is constant unless it may be ``curved``, and diagonal unless it may be ``coupled``."""
     if spec.bodies:
         raise Unsuited
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
     everyone = Domain(builder.q.count)
-    energies = energies_of(builder, spec, coupled=coupled)
+    energies = energies_of(builder, spec, coupled=coupled, curved=curved)
     potential, masses, totals = energies.potential, energies.masses, energies.totals
     whole = energies.coupled
     covered = np.zeros(builder.q.count, dtype=bool)
@@ -217,11 +223,14 @@ def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> Fam
         whole.elimination  # noqa: B018 - refuses what is coupled to too much
         builder.totals.append(whole.entries)
     (gradient, vector), needed = slopes(potential, builder.root, totals, slots, builder.q, builder.v)
-    rates = gradient
+    changes, gained = inertia(builder, whole.curved) if whole is not None else ([], [])
+    quadratic = total_of(builder.q.count, [*changes, *gained], graph) if gained else None
+    gradient = total_of(builder.q.count, [*gradient.terms, *changes], graph)
     if vector.terms:
         builder.totals += needed
-        gained = (Term(one.domain, -builder.rate(one.node, one.domain), one.targets) for one in vector.terms)
-        rates, needed = total_of(builder.q.count, [*gradient.terms, *gained], graph), []
+        needed = []
+        gained += [Term(one.domain, -builder.rate(one.node, one.domain), one.targets) for one in vector.terms]
+    rates = total_of(builder.q.count, [*gradient.terms, *gained], graph) if gained else gradient
     terms, _, beside = applied_forces(builder, spec, ())
     forces = total_of(builder.q.count, [*opposite(rates.terms), *terms], graph)
     builder.totals.append(masses)
@@ -237,14 +246,16 @@ def separate(spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False) -> Fam
     apart = masses, energy, *([] if whole is None else [whole.entries])
     used = [total for total in builder.totals if total not in apart]
     bound = bonds(builder, spec)
-    saddle = None if whole is None or bound is None else SaddlePoint(whole, bound)
-    if bound is not None:
-        refuse_coupled(saddle or bound)
+    saddle = None
+    if whole is not None and (bound is not None or whole.curved):
+        saddle = SaddlePoint(whole, bound or unbound())
+    if (equations := saddle or bound) is not None:
+        refuse_coupled(equations)
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
         centres=centres(builder, spec) if vector.terms or whole is not None else (),
-        coupled_masses=whole, saddle=saddle, applied=total_of(builder.q.count, terms, graph),
+        coupled_masses=whole, saddle=saddle, applied=total_of(builder.q.count, terms, graph), inertia=quadratic,
         potential=potential, kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound,
         apart=energies.apart,
         accelerations=unknown(builder) if whole else divided(builder, everyone, forces, masses, bound),

@@ -119,6 +119,8 @@ class Quantities:
         """dT/dt: the power of all forces."""
         terms = [self._power(1.0, self.system.applied)] if self.system.driven else []
         terms += [self._power(-1.0, self.system.slopes), *work_of_bonds(self.system)]
+        if self.system.inertia is not None:  # v M a lacks v M' v/2, which is what these terms do
+            terms.append(self._power(1.0, self.system.inertia))
         return Total(Source.TOTAL, 1, tuple(terms)), 0
 
     def _power(self, factor: float, forces: Total) -> Term:
@@ -140,7 +142,7 @@ class Quantities:
     def torques(self) -> tuple[Element, ...]:
         """dL/dq_k + Q_k."""
         system, found = self.system, self.system.forces
-        if system.vector is not None:
+        if system.vector is not None or system.curved:
             inside = (replace(one, node=-one.node) for one in system.gradient.terms)
             found = total_of(found.count, [*inside, *system.applied.terms], system.slots.graph)
         if system.joints is not None:

@@ -136,6 +136,7 @@ class MovesTogether(Offsets, Together):
     def arrays(self) -> Sequence[Array]:
         return [
             *super().arrays,
+            *self.before,
             self.square,
             self.right,
             self.moved,

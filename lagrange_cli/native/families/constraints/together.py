@@ -1,24 +1,28 @@
-"""The equations for accelerations and multipliers together, as totals, where M is constant but not diagonal
+"""The equations for accelerations and multipliers together, as totals, where M is not diagonal, or no constant
 (see ``families.saddle_points``).
 
-Where A is constant, too, their matrix is factored once; else in each step.
+Where M and A are constant, their matrix is factored once; else in each step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
-from lagrange_cli.families.bonds import Bound
+from lagrange_cli.families.arrays import Array, Domain, Slot, Source, Term, Total
+from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.coupled_masses import CoupledMasses, Product
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, Restraint
+from lagrange_cli.native.families.corrected import Local, in_series
 from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.records import replace
 
 
 class Together(Restraint):
@@ -32,7 +36,21 @@ class Together(Restraint):
         self.saddle: SaddlePoint = system.saddle
         self.lasts = lasting.matrix
         self.solution = Array(Source.TOTAL, self.saddle.count)
+        self.masses = self.masses_in(lasting)
         super().__init__(system, lasting)
+
+    def bonds_of(self, system: FamilySystem) -> Bonds:
+        return self.saddle.bonds
+
+    def masses_in(self, lasting: Lasting) -> Sequence[Array]:
+        """Arrays that have the entries of M together, and behind them what ``CoupledMasses`` has there."""
+        return [lasting.arranged(self.saddle.masses.entries)]
+
+    @property
+    def before(self) -> Sequence[Total]:
+        """What the matrix is made of besides, if that does not last."""
+        made = [one for one in self.masses if isinstance(one, Total)]
+        return [one for one in needed(made, self.slots, self.lasting.fixed)]
 
     def all_columns(self) -> Sequence[Sequence[Array]]:
         return [() for _ in self.bounds] if self.lasts else super().all_columns()
@@ -42,7 +60,7 @@ class Together(Restraint):
         nothing if they last."""
         if self.lasts:
             return Total(Source.TOTAL, 0)
-        return self.lasting.arranged(entries(self.system, self.lasting, self.slope), kept=False)
+        return self.lasting.arranged(entries(self.system, self.masses, self.slope), kept=False)
 
     def placed(self, saddle: SolvingTables) -> Mapping[str, Places]:
         return saddle.placed(self.saddle.pairs, self.saddle.sizes)
@@ -54,22 +72,24 @@ class Together(Restraint):
         for b, one in enumerate(self.bounds):
             if b in make and not make[b].is_zero:
                 terms.append(Term(one.domain, make[b], first + one.numbers))
-        if more is not None:
+        if more is not None and self.count:
             domain = Domain(self.count)
             terms.append(Term(domain, self.slots.own(domain, more), first + domain.every))
         return self.total(self.saddle.count, terms)
 
 
-def entries(system: FamilySystem, lasting: Lasting, slope: Callable[[int, int], Node]) -> Total:
-    """The entries of the matrix, with the ``slope`` of each bound by each of its coordinates."""
-    saddle, bonds, slots, graph = system.saddle, system.bonds, system.slots, system.slots.graph
-    assert saddle is not None and bonds is not None
-    masses = lasting.arranged(saddle.masses.entries)
+def entries(system: FamilySystem, masses: Sequence[Array], slope: Callable[[int, int], Node]) -> Total:
+    """The entries of the matrix, from those of M, which are sums of those in ``masses``, and the ``slope`` of
+    each bound by each of its coordinates."""
+    saddle, slots, graph = system.saddle, system.slots, system.slots.graph
+    assert saddle is not None
+    bonds, diagonal = saddle.bonds, saddle.sizes[: saddle.masses.count]
     own, end = Domain(len(saddle.masses.pairs)), len(saddle.pairs)
-    terms = [Term(own, slots.own(own, masses), own.every)]
+    terms = [Term(own, graph.sum([(slots.own(own, one), 1.0) for one in masses]), own.every)]
     for (b, a), places in zip(bonds.pulls, saddle.places):
         one, value = bonds.bounds[b], slope(b, a)
-        inverse = graph.absolute(slots.symbol(one.domain, lasting.inverses, one.rows[a]))
+        mass = graph.sum([(slots.symbol(one.domain, m, diagonal[one.rows[a]]), 1.0) for m in masses])
+        inverse = graph.number(1) / graph.absolute(mass)
         terms.append(Term(one.domain, -value, places))
         terms.append(Term(one.domain, inverse * value * value, end + 2 + one.numbers))
     terms.append(Term(system.root, graph.one, np.array([end + 1])))
@@ -78,11 +98,12 @@ def entries(system: FamilySystem, lasting: Lasting, slope: Callable[[int, int], 
 
 def lasting_entries(system: FamilySystem, lasting: Lasting) -> Total | None:
     """Those of a matrix that lasts; None where slopes of constraints change."""
-    bonds = system.bonds
-    assert bonds is not None
-    if not system.straight_bonds:
+    saddle = system.saddle
+    assert saddle is not None
+    if not system.straight_bonds or system.curved:
         return None
-    found = lasting.arranged(entries(system, lasting, lambda b, a: bonds.bounds[b].slopes[a]))
+    masses, bounds = [lasting.arranged(saddle.masses.entries)], saddle.bonds.bounds
+    found = lasting.arranged(entries(system, masses, lambda b, a: bounds[b].slopes[a]))
     return found if found in lasting.fixed else None
 
 
@@ -121,8 +142,43 @@ class TogetherAlongMotion(Together, AlongMotion):
         self.right = self.whole(self.forces, {}, more=self.rest)
         self.final = self.solution
         self.locals = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows]
+        if self.system.curved:
+            self.locals += moving_masses(self, self.saddle.masses, self.masses[-1])
+
+    def masses_in(self, lasting: Lasting) -> Sequence[Array]:
+        if not self.saddle.masses.curved:
+            return super().masses_in(lasting)
+        whole = lasting.arranged(self.saddle.masses.entries)
+        lasts = tuple(one for one in whole.terms if lasting.is_fixed(one.node))
+        return [lasting.arranged(replace(whole, terms=lasts)), Array(Source.TOTAL, whole.count)]
+
+    @property
+    def columns_at_first(self) -> Sequence[Array]:
+        return [*super().columns_at_first, *(self.masses[1:])]
 
     @property
     def arrays(self) -> Sequence[Array]:
-        slopes = [one for some in self.slopes for one in some]
-        return [self.rest, *slopes, self.square, self.right, self.solution]
+        return [self.rest, *self.columns_at_first, self.square, self.right, self.solution]
+
+
+def moving_masses(motion: TogetherAlongMotion, masses: CoupledMasses, entries: Array) -> Iterator[Local]:
+    """What the series of masses that are no constants give: these, which are added to ``entries``, and what
+    M a has of orders before the newest one, with the other sign, on coordinates."""
+    slots, graph, system = motion.slots, motion.graph, motion.system
+    by_domain: dict[Domain, list[Product]] = {}
+    for one in masses.curved:
+        by_domain.setdefault(one.domain, []).append(one)
+    for domain, products in by_domain.items():
+        found, columns = dict[Node, Slot](), list[tuple[Term, Array]]()
+        pushes: dict[Node, list[tuple[Node, float]]] = {}
+        for one in products:
+            (own,) = motion.total(domain.count, [Term(domain, one.node, domain.every)]).terms
+            mass, inside = in_series(slots, own.node, domain, {system.v: system.q})
+            both = [slots.symbol(domain, system.q, table) for table in (one.first, one.second)]
+            found |= {**inside, **{place: slots.of[place] for place in both}}
+            for place, other in (both, reversed(both)):
+                pushes.setdefault(place, []).append((mass * graph.ddt(graph.ddt(other)), -1.0))
+            columns += [(Term(domain, mass, at), entries) for at in masses.places(one)]
+        terms = [(Term(domain, graph.sum(some), found[x].table), motion.forces) for x, some in pushes.items()]
+        changes = [slots.symbol(domain, motion.final, slot.table) for slot in found.values()]
+        yield Local(domain, [*terms, *columns], len(columns), [*found], [], changes)

@@ -1,5 +1,5 @@
-"""``@jet`` of systems with constraints whose M is constant but not diagonal, and the same at a state (see
-``together``)."""
+"""``@jet`` of systems with constraints whose M is not diagonal, and of those whose M is no constant, and the same
+at a state (see ``together``)."""
 
 from __future__ import annotations
 
@@ -45,6 +45,9 @@ class TogetherJet(ConstrainedJet):
             super().factor(evaluation)
         else:
             self.sound.set(self.factors.regular(self.vectors, self.at(self.factors.array, 0)))
+
+    def regular(self) -> Bit:
+        return self.sound.get() if self.system.curved else super().regular()
 
     def find(self, evaluation: Evaluation) -> None:
         evaluation.write([self.motion.right])
