@@ -44,8 +44,7 @@ class CoupledMasses:
     """What is no constant of the motion in them: the part of T."""
 
     def places(self, one: Product) -> Sequence[Places]:
-        """Where a product's coefficients go among the entries: those of squares, c v^2, whose second derivative
-        is 2 c, twice."""
+        """Where a product's coefficients go among the entries: those of squares, c v^2, go there twice."""
         keys = self.pairs[:, 0] * self.count + self.pairs[:, 1]
         return places_of(keys, self.count, one)
 

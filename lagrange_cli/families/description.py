@@ -217,9 +217,12 @@ class FamilySystem:
 
     @property
     def moved_in_time(self) -> bool:
-        """Whether T depends on t, as where positions do so besides coordinates."""
-        if self.apart is not None:
-            return True
+        """Whether positions depend on t besides coordinates, or T does."""
+        return self.apart is not None or self.driven_masses
+
+    @property
+    def driven_masses(self) -> bool:
+        """Whether L depends on t by M or by positions of joints."""
         curved = self.coupled_masses.curved if self.coupled_masses else ()
         if any(one.node.symbols & self.time.symbols for one in curved):
             return True
@@ -231,8 +234,8 @@ class FamilySystem:
 
     @property
     def steady_potential(self) -> bool:
-        """Whether L does not depend on time explicitly."""
-        if self.moved_in_time:
+        """Whether L does not depend on time explicitly. In a rotating frame it need not."""
+        if self.driven_masses:
             return False
         return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
 

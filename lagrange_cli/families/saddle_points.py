@@ -3,9 +3,9 @@
     M a - A^T lambda = F,    -A a = c,
 
 with the slopes A of the constraints, if there are any, and the rest c of their second derivatives (first
-ones, of those on velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen, Numerical solution
-of saddle point problems, Acta Numerica 14, 2005). A constraint is eliminated behind all coordinates that it
-contains: then no pivot is 0 as long as M is positive and the constraints are independent.
+ones, of those on velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen,
+Numerical solution of saddle point problems, Acta Numerica 14, 2005). A constraint is eliminated behind all
+coordinates that it contains: then no pivot is 0 as long as M is positive and the constraints are independent.
 """
 
 from __future__ import annotations

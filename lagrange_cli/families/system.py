@@ -1,8 +1,9 @@
 """The equations of motion of a system of families, in which every family stays one.
 
-Particles move along lines and circles, or L is quadratic in velocities: M is constant and, mostly, diagonal,
-so that a_k = -dU/dq_k / M_k. All that is said of a member is said once, however many there are. Systems of
-another kind are derived member by member (``mechanics``).
+Particles move along lines and circles, or L is quadratic in velocities: M is mostly constant and diagonal, so
+that a_k = -dU/dq_k / M_k. Else it is taken in blocks (``coupled_masses``, ``curved_masses``), or along chains
+and trees (``joints``). All that is said of a member is said once, however many there are. Systems of another
+kind are derived member by member (``mechanics``).
 """
 
 from __future__ import annotations
@@ -31,7 +32,6 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
 from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
-from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.joints.platforms import put_on_platforms
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
@@ -43,6 +43,8 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 FEWEST = 100
 """Terms of all sums below which members are written out. With more, loops compile and run faster."""
+FEWEST_CURVED = 50
+"""The same where M is no constant: there is more to do in each term."""
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 FEWEST_TURNING = 50
@@ -81,7 +83,7 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
     who goes through its members finds what. Numbers are those of an ``algebra``."""
     found = any_family_system(spec, algebra)
-    if found is None or (spec.nonholonomic and found.joints and found.q.count < fewest_bound(found.joints)):
+    if found is None or (spec.nonholonomic and found.q.count < fewest_bound(found)):
         return None
     if found.joints and found.joints.count:
         return found
@@ -93,14 +95,17 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
         few = found.bonds.terms < FEWEST_BOUND and found.terms < FEWEST
     else:
         watched = sum(one.domain.count for one in found.events.arguments.terms) if found.events else 0
-        few = found.terms + watched < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
+        least = FEWEST_CURVED if found.curved else FEWEST
+        few = found.terms + watched < (least if found.smooth is None else FEWEST_SWITCHED)
     return None if few or mostly_single(found) else found
 
 
-def fewest_bound(joints: Articulation) -> int:
-    """Coordinates below which members are written out where constraints on velocities are on joints. Where
-    these are sums of coordinates, M couples all of them, which takes long to compile."""
-    return FEWEST_NONHOLONOMIC if joints.relative is None else FEWEST_JOINTED
+def fewest_bound(system: FamilySystem) -> int:
+    """Coordinates below which members are written out where there are constraints on velocities, and M is no
+    constant. Where joints are sums of coordinates, M couples all of them, which takes long to compile."""
+    if system.joints is not None:
+        return FEWEST_NONHOLONOMIC if system.joints.relative is None else FEWEST_JOINTED
+    return FEWEST_NONHOLONOMIC if system.curved else 0
 
 
 def mostly_single(system: FamilySystem) -> bool:
@@ -205,7 +210,8 @@ def of_any_kind(spec: Spec, algebra: type[GraphAlgebra]) -> FamilySystem:
 def separate(
     spec: Spec, algebra: GraphAlgebra, *, coupled: bool = False, curved: bool = False
 ) -> FamilySystem:
-    """The same, where M is constant unless it may be ``curved``, and diagonal unless it may be ``coupled``."""
+    """The same without joints. M is constant unless it may be ``curved``, and diagonal unless it may be
+    ``coupled``."""
     if spec.bodies:
         raise Unsuited
     builder = ChainBuilder(spec, algebra)
@@ -255,7 +261,8 @@ def separate(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
         centres=centres(builder, spec) if vector.terms or whole is not None else (),
-        coupled_masses=whole, saddle=saddle, applied=total_of(builder.q.count, terms, graph), inertia=quadratic,
+        coupled_masses=whole, saddle=saddle, inertia=quadratic,
+        applied=total_of(builder.q.count, terms, graph),
         potential=potential, kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound,
         apart=energies.apart,
         accelerations=unknown(builder) if whole else divided(builder, everyone, forces, masses, bound),

@@ -37,7 +37,8 @@ def balance(
     if "h" in names and drawn == 0:
         because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, bound)
         plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
-        because += plain if given.spec.lagrangian is None and given.system.vector is None else ""
+        straight = given.system.vector is None and not given.system.moved_in_time
+        because += plain if given.spec.lagrangian is None and straight else ""
         conserved.append(between(Conserved("h", sympy.S.Zero, because), names["h"]))
     else:
         reasons = [] if given.system.steady_potential else ["`L` contains `t` explicitly"]

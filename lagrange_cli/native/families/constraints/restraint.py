@@ -259,7 +259,15 @@ class AlongMotion(Restraint):
     def arrays(self) -> Sequence[Array]:
         """All that are computed, besides the rates."""
         own = [] if self.final is self.rates else [self.final]
-        return [self.rest, *self.columns_at_first, self.square, self.free, *self.sides, self.multipliers, *own]
+        return [
+            self.rest,
+            *self.columns_at_first,
+            self.square,
+            self.free,
+            *self.sides,
+            self.multipliers,
+            *own,
+        ]
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""

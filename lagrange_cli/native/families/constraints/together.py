@@ -1,5 +1,5 @@
-"""The equations for accelerations and multipliers together, as totals, where M is not diagonal, or no constant
-(see ``families.saddle_points``).
+"""The equations for accelerations and multipliers together, as totals, where M is not diagonal, or no
+constant (see ``families.saddle_points``).
 
 Where M and A are constant, their matrix is factored once; else in each step.
 """
@@ -50,7 +50,7 @@ class Together(Restraint):
     def before(self) -> Sequence[Total]:
         """What the matrix is made of besides, if that does not last."""
         made = [one for one in self.masses if isinstance(one, Total)]
-        return [one for one in needed(made, self.slots, self.lasting.fixed)]
+        return needed(made, self.slots, self.lasting.fixed)
 
     def all_columns(self) -> Sequence[Sequence[Array]]:
         return [() for _ in self.bounds] if self.lasts else super().all_columns()

@@ -1,5 +1,5 @@
-"""``@jet`` of systems with constraints whose M is not diagonal, and of those whose M is no constant, and the same
-at a state (see ``together``)."""
+"""``@jet`` of systems with constraints whose M is not diagonal, and of those whose M is no constant, and the
+same at a state (see ``together``)."""
 
 from __future__ import annotations
 
