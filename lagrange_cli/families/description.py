@@ -217,15 +217,18 @@ class FamilySystem:
 
     @property
     def moved_in_time(self) -> bool:
-        """Whether positions depend on t besides coordinates, or T does."""
-        return self.apart is not None or self.driven_masses
+        """Whether positions depend on t besides coordinates, as T does then."""
+        return self.apart is not None or self.driven_joints
 
     @property
-    def driven_masses(self) -> bool:
-        """Whether L depends on t by M or by positions of joints."""
+    def timed_masses(self) -> bool:
+        """Whether M depends on t, without joints."""
         curved = self.coupled_masses.curved if self.coupled_masses else ()
-        if any(one.node.symbols & self.time.symbols for one in curved):
-            return True
+        return any(one.node.symbols & self.time.symbols for one in curved)
+
+    @property
+    def driven_joints(self) -> bool:
+        """Whether the places of joints depend on t besides coordinates."""
         joints = self.joints
         if joints is None:
             return False
@@ -235,7 +238,7 @@ class FamilySystem:
     @property
     def steady_potential(self) -> bool:
         """Whether L does not depend on time explicitly. In a rotating frame it need not."""
-        if self.driven_masses:
+        if self.timed_masses or self.driven_joints:
             return False
         return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
 

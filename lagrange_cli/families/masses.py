@@ -75,8 +75,8 @@ def with_products(builder: FamilyBuilder, energies: Energies, products: Sequence
     others = [*squares, *(one for one in products or () if not fixed(builder, one.node))]
     curved = merged(builder.slots, builder.v, others)
     own = [one.first[one.first == one.second] for one in (*plain, *curved)]
-    if len(distinct(np.concatenate([*own, *(one.targets for one in diagonal)]))) < count:
-        raise Unsuited  # no pivot can be where M has no entry on its diagonal
+    if not curved and len(distinct(np.concatenate([*own, *(one.targets for one in diagonal)]))) < count:
+        raise Unsuited  # no pivot can be where M has no entry on its diagonal, unless pivots are chosen
     made = coupled_masses(builder.root, count, diagonal, plain, builder.graph.one, curved)
     return replace(energies, masses=made.diagonal(builder.slots, Domain(count)), coupled=made)
 

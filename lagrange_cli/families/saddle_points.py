@@ -15,11 +15,12 @@ from functools import cached_property
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places, distinct
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.coupled_masses import CoupledMasses
-from lagrange_cli.families.elimination import Blocks, elimination_of, in_blocks
+from lagrange_cli.families.elimination import TOGETHER, Blocks, elimination_of, in_blocks, parts_of
 from lagrange_cli.model.sparse import SparseElimination
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,8 @@ class SaddlePoint:
 
     masses: CoupledMasses
     bonds: Bonds
+    pivoting: bool = False
+    """Whether pivots are chosen in each step, as M need not be positive."""
 
     @property
     def count(self) -> int:
@@ -75,6 +78,17 @@ class SaddlePoint:
         first = self.masses.count
         tied = [[first + i for i in group] for group in self.bonds.tied]
         return in_blocks(self.count, self.pairs, tied, first)
+
+    @property
+    def in_blocks(self) -> bool:
+        """Whether the matrix is factored in blocks."""
+        return self.pivoting or bool(self.bonds.surplus)
+
+    def pivoted(self) -> SaddlePoint:
+        """The same with pivoting. Raises ``Unsuited`` where too many unknowns meet each other."""
+        if any(len(part) > TOGETHER for part in parts_of(self.count, self.pairs)):
+            raise Unsuited
+        return replace(self, pivoting=True)
 
     @property
     def sizes(self) -> Places:

@@ -34,7 +34,13 @@ from lagrange_cli.families.joints.articulation import articulation, centres
 from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.joints.platforms import put_on_platforms
 from lagrange_cli.families.masses import energies_of
-from lagrange_cli.families.refusals import refuse_holding, refuse_others, refuse_singular, refuse_speeds
+from lagrange_cli.families.refusals import (
+    refuse_holding,
+    refuse_others,
+    refuse_singular,
+    refuse_speeds,
+    with_pivoting,
+)
 from lagrange_cli.families.saddle_points import SaddlePoint, refuse_coupled
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switching.smooth import passing_where_parameters_jump, smooth_of
@@ -347,6 +353,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     )  # fmt: skip
     refuse_others(found)
     refuse_singular(found)
+    found = with_pivoting(found)
     try:
         found = replace(found, smooth=smooth_of(found))
     except Unsuited:

@@ -162,8 +162,10 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(["multipliers"])
     if "ledger" in compilation.outputs and worked:
         return without_outputs(["ledger"])
-    if compilation.backward and (system.moved_in_time or not system.steady_bonds):
-        return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
+    timed = system.moved_in_time or system.timed_masses
+    if compilation.backward and (timed or not system.steady_bonds):
+        what = "motion backward in time where positions or masses depend on t"
+        return WrittenOut(what, "let it go forward")
     if compilation.backward and not system.idle_bonds:
         return WrittenOut("motion backward in time where constraints do work", "let it go forward")
     acting = system.events is not None and bool(system.events.changed.size)
