@@ -168,10 +168,10 @@ def joined(count: int, ties: Iterable[Sequence[Places]]) -> Places:
 
 def lasting(parts: Parts, kept: Flags, idle: Flags) -> Iterator[Places]:
     """The coordinates of each part whose energy is conserved: forces are ``idle``, and the momenta of its
-    coordinates are not all ``kept``."""
+    coordinates are not all ``kept``. A single such part gives nothing."""
     count = len(parts.first)
     free = np.bincount(parts.of[~kept], minlength=count) > 0
     order = np.argsort(parts.of, kind="stable")
     starts = np.searchsorted(parts.of[order], np.arange(count + 1))
-    for k in np.flatnonzero(free & parts.steady & idle).tolist():
+    for k in np.flatnonzero(free & parts.steady & idle).tolist() if np.sum(free) > 1 else ():
         yield order[starts[k] : starts[k + 1]]
