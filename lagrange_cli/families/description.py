@@ -204,8 +204,10 @@ class FamilySystem:
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
-    def straight_bonds(self) -> bool:
-        """Whether the slopes of constraints are constants of the motion."""
+    def lasting_matrix(self) -> bool:
+        """Whether the slopes of constraints, and M without joints, are constants of the motion."""
+        if self.curved:
+            return False
         nodes = [one for bound in (self.bonds.bounds if self.bonds else ()) for one in bound.slopes]
         moves = {self.q, self.v}
         return not any(one.symbols & self.time.symbols or self.slots.moving(one, moves) for one in nodes)

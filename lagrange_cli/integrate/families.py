@@ -248,13 +248,16 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     said = ["families are not expanded: the code has a loop over the members of each"]
     turns = system.bonds is not None and bool(system.bonds.surplus)
     if system.coupled_masses is not None:
-        sparse = None if turns else (system.saddle or system.coupled_masses).elimination
+        chosen = system.saddle is not None and system.saddle.pivoting
+        sparse = None if turns or chosen else (system.saddle or system.coupled_masses).elimination
         by = f"its factor has {sparse.entries} entries" if sparse else "as a dense matrix"
-        by = "in blocks of known rank" if turns else by
+        by = "in blocks of known rank" if turns else "in blocks with pivoting" if chosen else by
         if system.saddle is None:
             said.append(f"the mass matrix contains parameters only: it is factored once per run, {by}")
+        elif system.bonds is None:
+            said.append(f"the mass matrix is factored in each step, {by}")
         else:
-            often = "once per run" if system.straight_bonds and not turns else "in each step"
+            often = "once per run" if system.lasting_matrix and not turns else "in each step"
             said.append(f"the matrix of masses and constraints is factored {often}, {by}")
     elif system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")

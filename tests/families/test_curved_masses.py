@@ -290,3 +290,27 @@ lagrangian: sum({KEPT[kind]} for i in range(N))
     for path, values in motion.data.items():
         if "conserved" in path:
             assert np.ptp(values) < 1e-13, path
+
+
+EVENTS = {
+    "records": "'e[i in range(N)]': {when: 'a[i] - 0.6'}",
+    "a mirror": "'e[i in range(N)]': {when: 'a[i] - 0.71', action: {set: {'a_dot[i]': '-a_dot[i]'}}}",
+    "jumps": "'e[i in range(N)]': {when: 'b[i] - 0.3', action: {set: {'a[i]': 'a[i]/2', 'b[i]': 0.5}}}",
+}
+
+
+@pytest.mark.parametrize("kind", EVENTS)
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_events_are_those_of_the_members(kind: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (
+        BEADS.format(count=9).replace("0.4, velocity", "0.4 + i/50, velocity") + f"events: {{{EVENTS[kind]}}}"
+    )
+    motions = []
+    for loops in True, False:
+        in_loops(monkeypatch, loops=loops)
+        ready, motion = followed(text, frozenset(["q", "v", "p", "h"]), stop=1.5, method=method)
+        assert ready.machine.program.loops == loops
+        motions.append(motion)
+    found, expected = motions
+    assert any("events" in path and values.size for path, values in expected.data.items())
+    alike(found.data, expected.data, 2.0**-38 if method == "taylor" else 1e-8)

@@ -97,10 +97,10 @@ def entries(system: FamilySystem, masses: Sequence[Array], slope: Callable[[int,
 
 
 def lasting_entries(system: FamilySystem, lasting: Lasting) -> Total | None:
-    """Those of a matrix that lasts; None where slopes of constraints change."""
+    """Those of a matrix that lasts; None where slopes of constraints change, or M."""
     saddle = system.saddle
     assert saddle is not None
-    if not system.straight_bonds or system.curved:
+    if not system.lasting_matrix:
         return None
     masses, bounds = [lasting.arranged(saddle.masses.entries)], saddle.bonds.bounds
     found = lasting.arranged(entries(system, masses, lambda b, a: bounds[b].slopes[a]))
