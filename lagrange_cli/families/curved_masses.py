@@ -19,6 +19,14 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import Product
 
 
+def fixed(builder: FamilyBuilder, node: Node) -> bool:
+    """Whether it is a constant of the motion."""
+    if node.symbols & builder.time.symbols:
+        return False
+    constant = builder.given, builder.whole
+    return all(slot.array in constant for _, slot in builder.slots.inside(node))
+
+
 def bends(builder: FamilyBuilder, node: Node) -> bool:
     """Whether a mass may be this: a smooth function of coordinates and of t, without sums that move."""
     slots, moving = builder.slots, builder.time.symbols | builder.slots.symbols_of(builder.q)

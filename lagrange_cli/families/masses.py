@@ -12,10 +12,11 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Domain, Slot, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import CoupledMasses, Product, coupled_masses
-from lagrange_cli.families.curved_masses import bends, merged
+from lagrange_cli.families.curved_masses import bends, fixed, merged
 from lagrange_cli.families.description import Component
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
+from lagrange_cli.families.spins import with_spins
 from lagrange_cli.families.velocity_sums import products_of, sums_in
 from lagrange_cli.mechanics.multiplied_out import halved_squares, without_time
 from lagrange_cli.mechanics.substitution import substituted
@@ -77,7 +78,8 @@ def with_products(builder: FamilyBuilder, energies: Energies, products: Sequence
     own = [one.first[one.first == one.second] for one in (*plain, *curved)]
     if not curved and len(distinct(np.concatenate([*own, *(one.targets for one in diagonal)]))) < count:
         raise Unsuited  # no pivot can be where M has no entry on its diagonal, unless pivots are chosen
-    made = coupled_masses(builder.root, count, diagonal, plain, builder.graph.one, curved)
+    alone = with_spins(builder, diagonal, [*plain, *curved]) if curved else None
+    made = coupled_masses(builder.root, count, diagonal, plain, builder.graph.one, curved, alone)
     return replace(energies, masses=made.diagonal(builder.slots, Domain(count)), coupled=made)
 
 
@@ -140,14 +142,6 @@ def kinked(node: Node, by: Iterable[Node]) -> bool:
     """Whether switches in an expression depend on some symbols."""
     symbols = sum(one.symbols for one in by)
     return any(one.kind is Kind.SWITCH and one.symbols & symbols for one in reachable([node]))
-
-
-def fixed(builder: FamilyBuilder, node: Node) -> bool:
-    """Whether it is a constant of the motion."""
-    if node.symbols & builder.time.symbols:
-        return False
-    constant = builder.given, builder.whole
-    return all(slot.array in constant for _, slot in builder.slots.inside(node))
 
 
 def separated(

@@ -43,6 +43,7 @@ from lagrange_cli.families.refusals import (
 )
 from lagrange_cli.families.saddle_points import SaddlePoint, refuse_coupled
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.families.spins import without_bound_spins
 from lagrange_cli.families.switching.smooth import passing_where_parameters_jump, smooth_of
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -258,6 +259,8 @@ def separate(
     apart = masses, energy, *([] if whole is None else [whole.entries])
     used = [total for total in builder.totals if total not in apart]
     bound = bonds(builder, spec)
+    if whole is not None and whole.alone is not None and bound is not None:
+        whole = without_bound_spins(whole, bound)
     saddle = None
     if whole is not None and (bound is not None or whole.curved):
         saddle = SaddlePoint(whole, bound or unbound())

@@ -7,6 +7,7 @@ Where M and A are constant, their matrix is factored once; else in each step.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -14,15 +15,16 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slot, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
-from lagrange_cli.families.coupled_masses import CoupledMasses, Product
+from lagrange_cli.families.coupled_masses import CoupledMasses, Spin
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, Restraint
 from lagrange_cli.native.families.corrected import Local, in_series
+from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.records import replace
+from lagrange_cli.records import dataclass, field, replace
 
 
 class Together(Restraint):
@@ -38,13 +40,38 @@ class Together(Restraint):
         self.solution = Array(Source.TOTAL, self.saddle.count)
         self.masses = self.masses_in(lasting)
         super().__init__(system, lasting)
+        self.backs = {self.solution: self.back(self.solution)}
+        """What is added to solutions for spins, which stand alone in the matrix."""
 
     def bonds_of(self, system: FamilySystem) -> Bonds:
         return self.saddle.bonds
 
     def masses_in(self, lasting: Lasting) -> Sequence[Array]:
         """Arrays that have the entries of M together, and behind them what ``CoupledMasses`` has there."""
-        return [lasting.arranged(self.saddle.masses.entries)]
+        return [lasting.arranged(self.saddle.masses.factored.entries)]
+
+    @property
+    def spins(self) -> Sequence[Spin]:
+        """The coordinates that stand alone in the matrix."""
+        return self.saddle.masses.factored.spins
+
+    def ratio(self, spin: int, number: int) -> Node:
+        """One of the ratios of masses with those of a spin."""
+        return self.spins[spin].ratios[number][0]
+
+    def back(self, array: Array) -> Total:
+        """What is added to a solution for spins."""
+        terms = []
+        for k, spin in enumerate(self.spins):
+            for j, (_, rows) in enumerate(spin.ratios):
+                node = self.ratio(k, j) * self.slots.symbol(spin.domain, array, rows)
+                terms.append(Term(spin.domain, -node, spin.rows))
+        return self.total(array.count, terms)
+
+    def spin(self, evaluation: Evaluation, solution: Array) -> None:
+        """Add to a solution what spins have besides, once it is computed."""
+        if self.spins:
+            evaluation.add([self.backs[solution]])
 
     @property
     def before(self) -> Sequence[Total]:
@@ -65,10 +92,18 @@ class Together(Restraint):
     def placed(self, saddle: SolvingTables) -> Mapping[str, Places]:
         return saddle.placed(self.saddle.pairs, self.saddle.sizes)
 
+    def pushes(self, force: Array) -> Iterator[Term]:
+        """Forces on coordinates, less those that spins stand alone by."""
+        yield Term(self.everyone, self.of_all(force), self.everyone.every)
+        for k, spin in enumerate(self.spins):
+            for j, (_, rows) in enumerate(spin.ratios):
+                node = self.ratio(k, j) * self.slots.symbol(spin.domain, force, spin.rows)
+                yield Term(spin.domain, -node, rows)
+
     def whole(self, force: Array | None, make: Mapping[int, Node], more: Array | None = None) -> Total:
         """The right side: forces on coordinates, and c of each constraint, ``more`` of each besides."""
         first = self.size
-        terms = [] if force is None else [Term(self.everyone, self.of_all(force), self.everyone.every)]
+        terms = [] if force is None else [*self.pushes(force)]
         for b, one in enumerate(self.bounds):
             if b in make and not make[b].is_zero:
                 terms.append(Term(one.domain, make[b], first + one.numbers))
@@ -145,40 +180,74 @@ class TogetherAlongMotion(Together, AlongMotion):
         if self.system.curved:
             self.locals += moving_masses(self, self.saddle.masses, self.masses[-1])
 
+    @cached_property
+    def ratios(self) -> Sequence[Sequence[Array]]:
+        """Where the ratios are that spins have at order 0."""
+        return [[Array(Source.TOTAL, one.domain.count) for _ in one.ratios] for one in self.spins]
+
+    def ratio(self, spin: int, number: int) -> Node:
+        return self.slots.own(self.spins[spin].domain, self.ratios[spin][number])
+
     def masses_in(self, lasting: Lasting) -> Sequence[Array]:
         if not self.saddle.masses.curved:
             return super().masses_in(lasting)
-        whole = lasting.arranged(self.saddle.masses.entries)
+        whole = lasting.arranged(self.saddle.masses.factored.entries)
         lasts = tuple(one for one in whole.terms if lasting.is_fixed(one.node))
         return [lasting.arranged(replace(whole, terms=lasts)), Array(Source.TOTAL, whole.count)]
 
     @property
     def columns_at_first(self) -> Sequence[Array]:
-        return [*super().columns_at_first, *(self.masses[1:])]
+        ratios = [one for some in self.ratios for one in some]
+        return [*super().columns_at_first, *self.masses[1:], *ratios]
 
     @property
     def arrays(self) -> Sequence[Array]:
         return [self.rest, *self.columns_at_first, self.square, self.right, self.solution]
 
 
+@dataclass
+class Members:
+    """What the series of the members of a domain give: terms of M a on coordinates, by the symbols of these,
+    and what the matrix is made of at order 0, with the arrays that these are added to."""
+
+    coordinates: dict[Node, Slot] = field(default_factory=dict)
+    pushes: dict[Node, list[tuple[Node, float]]] = field(default_factory=dict)
+    columns: list[tuple[Term, Array]] = field(default_factory=list)
+
+
 def moving_masses(motion: TogetherAlongMotion, masses: CoupledMasses, entries: Array) -> Iterator[Local]:
-    """What the series of masses that are no constants give: these, which are added to ``entries``, and what
-    M a has of orders before the newest one, with the other sign, on coordinates."""
-    slots, graph, system = motion.slots, motion.graph, motion.system
-    by_domain: dict[Domain, list[Product]] = {}
+    """What the series of masses that are no constants give: what M a has of orders before the newest one,
+    with the other sign, on coordinates, and at order 0 the ``entries`` of the matrix and the ratios of spins.
+    """
+    slots, graph, q = motion.slots, motion.graph, motion.system.q
+    kinds: dict[Domain, Members] = {}
+
+    def series(domain: Domain, node: Node) -> tuple[Members, Node]:
+        """An expression of coordinates, with arrays of what lasts."""
+        (own,) = motion.total(domain.count, [Term(domain, node, domain.every)]).terms
+        value, inside = in_series(slots, own.node, domain, {motion.system.v: q})
+        kind = kinds.setdefault(domain, Members())
+        kind.coordinates.update(inside)
+        return kind, value
+
     for one in masses.curved:
-        by_domain.setdefault(one.domain, []).append(one)
-    for domain, products in by_domain.items():
-        found, columns = dict[Node, Slot](), list[tuple[Term, Array]]()
-        pushes: dict[Node, list[tuple[Node, float]]] = {}
-        for one in products:
-            (own,) = motion.total(domain.count, [Term(domain, one.node, domain.every)]).terms
-            mass, inside = in_series(slots, own.node, domain, {system.v: system.q})
-            both = [slots.symbol(domain, system.q, table) for table in (one.first, one.second)]
-            found |= {**inside, **{place: slots.of[place] for place in both}}
-            for place, other in (both, reversed(both)):
-                pushes.setdefault(place, []).append((mass * graph.ddt(graph.ddt(other)), -1.0))
-            columns += [(Term(domain, mass, at), entries) for at in masses.places(one)]
-        terms = [(Term(domain, graph.sum(some), found[x].table), motion.forces) for x, some in pushes.items()]
+        kind, mass = series(one.domain, one.node)
+        both = [slots.symbol(one.domain, q, table) for table in (one.first, one.second)]
+        kind.coordinates.update((place, slots.of[place]) for place in both)
+        for place, other in (both, reversed(both)):
+            kind.pushes.setdefault(place, []).append((mass * graph.ddt(graph.ddt(other)), -1.0))
+    for one in masses.factored.curved:
+        kind, mass = series(one.domain, one.node)
+        kind.columns += [(Term(one.domain, mass, at), entries) for at in masses.places(one)]
+    for spin, arrays in zip(motion.spins, motion.ratios):
+        for (node, _), array in zip(spin.ratios, arrays):
+            kind, ratio = series(spin.domain, node)
+            kind.columns.append((Term(spin.domain, ratio, spin.domain.every), array))
+    for domain, members in kinds.items():
+        found = members.coordinates
+        terms = [
+            (Term(domain, graph.sum(some), found[place].table), motion.forces)
+            for place, some in members.pushes.items()
+        ]
         changes = [slots.symbol(domain, motion.final, slot.table) for slot in found.values()]
-        yield Local(domain, [*terms, *columns], len(columns), [*found], [], changes)
+        yield Local(domain, [*terms, *members.columns], len(members.columns), [*found], [], changes)
