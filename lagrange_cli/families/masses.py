@@ -52,6 +52,8 @@ def energies_of(
     potential = builder.graph.sum([(one, 1.0) for one in parts])
     totals = [*builder.totals]
     try:
+        if spec.bodies:
+            raise Unsuited
         moving = [*particles(builder, spec)]
         return Energies(potential, masses_of(builder, moving), totals, moving)
     except Unsuited:
@@ -123,12 +125,15 @@ def masses_of(builder: FamilyBuilder, particles: Sequence[Component]) -> Total:
 
 def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
     """T of particles whose places are made of coordinates and t alone, as along axes that turn, or of several
-    coordinates."""
+    coordinates, and of bodies that turn."""
     speeds: dict[Domain, list[tuple[Node, Node]]] = {}
     for _, _, domain, x, mass in components(builder, spec):
         if any(isinstance(slot.array, Total) for _, slot in builder.slots.inside(x)):
             raise Unsuited
         speeds.setdefault(domain, []).append((mass, builder.rate(x, domain)))
+    for body in (piece for group in builder.bodies.values() for piece in group.pieces(builder)):
+        turning = [(mass, u) for mass, _, velocity in body.carriers(builder.algebra) for u in velocity]
+        speeds.setdefault(body.domain, []).extend(turning)
     terms = []
     for domain, parts in speeds.items():
         energy = halved_squares(builder.graph, parts)

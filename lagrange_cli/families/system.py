@@ -219,7 +219,7 @@ def separate(
 ) -> FamilySystem:
     """The same without joints. M is constant unless it may be ``curved``, and diagonal unless it may be
     ``coupled``."""
-    if spec.bodies:
+    if spec.bodies and not curved:
         raise Unsuited
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
