@@ -12,33 +12,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.index_arrays import Places, distinct
-from lagrange_cli.expression.node import Node, terms_of
+from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain, Term
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import Alone, CoupledMasses, Product, Spin
 from lagrange_cli.families.curved_masses import fixed, merged
-from lagrange_cli.mechanics.multiplied_out import folded, monomials
+from lagrange_cli.mechanics.multiplied_out import beside
 from lagrange_cli.records import replace
-
-
-def beside(graph: Graph, masses: Sequence[Sequence[Node]], spin: int) -> tuple[int, list[list[Node]]]:
-    """The masses beside a spin, and by how many terms they are shorter."""
-    row, made, shorter = masses[spin], [[*own] for own in masses], 0
-    others = [b for b, _ in enumerate(row) if b != spin]
-    for b, d in ((b, d) for b in others for d in others):
-        left = masses[b][d] - row[b] * row[d] / row[spin]
-        terms = monomials(graph, left)
-        made[b][d] = left if terms is None else folded(graph, graph.sum(terms))
-        shorter += length(masses[b][d]) - length(made[b][d])
-    return shorter, made
-
-
-def length(node: Node) -> int:
-    """The number of terms."""
-    return 0 if node.is_zero else len(terms_of(node))
 
 
 def with_spins(builder: FamilyBuilder, diagonal: Sequence[Term], products: Sequence[Product]) -> Alone | None:

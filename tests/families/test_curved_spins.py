@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy
 
 from tests.families.test_closed_chains import exactly_followed
 from tests.families.test_curved_masses import curved, in_loops
-from tests.support.families import alike, followed
+from tests.support.families import alike, followed, with_indices
 
 TOPS = """
 sizes: {{N: {count}}}
@@ -52,3 +53,16 @@ def test_spins_that_constraints_contain_do_not_stand_alone(monkeypatch: pytest.M
         assert ready.machine.program.loops == loops
         motions.append(motion.data)
     alike(*motions, 2.0**-40)
+
+
+def test_energies_of_members_are_printed_with_an_index() -> None:
+    """That of a member is its part of h, if no term contains another one."""
+    text = TOPS.format(count=20, tilt=0.8, bound="")
+    found = {one.quantity: one for one in with_indices(text).equations.conserved}
+    a, u, v, w = (sympy.Symbol(name) for name in ("a[i]", "a_dot[i]", "b_dot[i]", "c_dot[i]"))
+    energy = (u**2 + sympy.sin(a) ** 2 * v**2) * 0.6 + 0.1 * (w + v * sympy.cos(a)) ** 2 + 9.81 * sympy.cos(a)
+    assert {"p_b[i]", "p_c[i]", "h", "h_a[i]"} == found.keys()
+    left = sympy.lambdify([a, u, v, w], found["h_a[i]"].expression - energy)
+    assert abs(left(0.7, 0.3, -1.1, 2.5)) < 1e-14
+    springs = text.replace("sum(9.81", "sum((a[i + 1] - a[i])**2 for i in range(N - 1)) - sum(9.81")
+    assert "h_a[i]" not in {one.quantity for one in with_indices(springs).equations.conserved}

@@ -15,7 +15,7 @@ import numpy as np
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.conserved.breaks import Actions, actions_in, with_breaks
-from lagrange_cli.families.conserved.parts import lasting, parts_of
+from lagrange_cli.families.conserved.parts import energies_of_parts
 from lagrange_cli.families.conserved.rigid import ParticleVectors, Rigid, displacement, growing, together
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.inertia import curved
@@ -23,7 +23,6 @@ from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.conserved.displacements import TURNS
-from lagrange_cli.mechanics.conserved.separation import energy_of_part
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
@@ -232,20 +231,6 @@ def further(
             idle = all(state.idles(one) for one, state in pairs)
             because = f"{trial.how} {unchanged(system, idle=idle)}"
         yield Conserved(trial.quantity, trial.text, because)
-
-
-def energies_of_parts(
-    system: FamilySystem, states: Sequence[RandomState], kept: NDArray[np.bool_]
-) -> Iterator[Conserved]:
-    """Those of parts on which nothing acts, or what does no work."""
-    parts, names = parts_of(system), names_of(system.spec.coordinates)
-    if parts is None:
-        return
-    work = [np.bincount(parts.of, one.v * one.applied) for one in states]
-    sizes = [np.bincount(parts.of, np.abs(one.v) * one.applied_sizes) for one in states]
-    idle = np.all([np.abs(one) <= ROUNDED * size for one, size in zip(work, sizes)], axis=0)
-    for rows in lasting(parts, kept, idle):
-        yield energy_of_part([names[i] for i in rows.tolist()])
 
 
 def follows(pairs: Sequence[tuple[Values, RandomState]], known: Sequence[Values]) -> bool:

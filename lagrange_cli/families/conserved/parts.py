@@ -7,7 +7,7 @@ They are found for all members at once, from the tables of places.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -16,15 +16,20 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.slopes import factors
-from lagrange_cli.mechanics.conserved.separation import terms_of_sum
+from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.conserved.separation import energy_of_part, terms_of_sum
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Flags = NDArray[np.bool_]
+    Values = NDArray[np.float64]
 
+ROUNDED = 1e-10
+"""What is left of terms that cancel, but for rounding, is at most so large a part of them."""
 MOST = 2000
 """Coordinates of systems that are looked at: each part is a quantity of its own."""
 
@@ -166,12 +171,26 @@ def joined(count: int, ties: Iterable[Sequence[Places]]) -> Places:
             return label
 
 
-def lasting(parts: Parts, kept: Flags, idle: Flags) -> Iterator[Places]:
-    """The coordinates of each part whose energy is conserved: forces are ``idle``, and the momenta of its
-    coordinates are not all ``kept``. A single such part gives nothing."""
+class State(Protocol):
+    """Velocities at a state, and the forces outside L with their sizes."""
+
+    v: Values
+    applied: Values
+    applied_sizes: Values
+
+
+def energies_of_parts(system: FamilySystem, states: Sequence[State], kept: Flags) -> Iterator[Conserved]:
+    """Those that are conserved, as forces do no work at some random states; without those of coordinates
+    whose momenta are all ``kept``. A single such part gives nothing."""
+    parts, names = parts_of(system), names_of(system.spec.coordinates)
+    if parts is None:
+        return
+    work = [np.bincount(parts.of, one.v * one.applied) for one in states]
+    sizes = [np.bincount(parts.of, np.abs(one.v) * one.applied_sizes) for one in states]
+    idle = np.all([np.abs(one) <= ROUNDED * size for one, size in zip(work, sizes)], axis=0)
     count = len(parts.first)
     free = np.bincount(parts.of[~kept], minlength=count) > 0
     order = np.argsort(parts.of, kind="stable")
     starts = np.searchsorted(parts.of[order], np.arange(count + 1))
     for k in np.flatnonzero(free & parts.steady & idle).tolist() if np.sum(free) > 1 else ():
-        yield order[starts[k] : starts[k + 1]]
+        yield energy_of_part([names[i] for i in order[starts[k] : starts[k + 1]].tolist()])

@@ -11,8 +11,7 @@ from __future__ import annotations
 from lagrange_cli.expression.node import union
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints.joints import FreeEnergy, Joints
-from lagrange_cli.families.spins import beside
-from lagrange_cli.mechanics.multiplied_out import halved_squares
+from lagrange_cli.mechanics.multiplied_out import beside, halved_squares
 from lagrange_cli.records import replace
 
 
