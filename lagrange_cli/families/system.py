@@ -31,6 +31,8 @@ FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 FEWEST_TURNING = 50
 """Coordinates of rigid bodies that hang on none below which they are, too."""
+FEWEST_SLIDING = 60
+"""The same of bodies with more coordinates than joints have: spins that they conserve are found in so many."""
 MOST_TURNING = 1000
 """Terms of forces on these up to which that is so. More, as of pairs of many points, take long to compile."""
 FEWEST_SWITCHED = 50
@@ -70,7 +72,8 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     if found.joints and found.joints.count:
         return found
     if found.bodies:
-        few = found.q.count < FEWEST_TURNING and found.terms <= MOST_TURNING
+        least = FEWEST_SLIDING if found.curved else FEWEST_TURNING
+        few = found.q.count < least and found.terms <= MOST_TURNING
     elif found.coupled is not None and found.coupled.count >= FEWEST_COUPLED:
         few = False
     elif found.bonds is not None:

@@ -55,7 +55,7 @@ def text_of(
 def bodies_in_loops(monkeypatch: pytest.MonkeyPatch, *, loops: bool) -> None:
     """Members are followed in loops however few, or never."""
     in_loops(monkeypatch, loops=loops)
-    monkeypatch.setattr(systems, "FEWEST_TURNING", 0 if loops else 10**9)
+    monkeypatch.setattr(systems, "FEWEST_SLIDING", 0 if loops else 10**9)
 
 
 @pytest.mark.exhaustive(keep=0.3)
