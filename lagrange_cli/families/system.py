@@ -32,7 +32,7 @@ FEWEST_JOINTED = 12
 FEWEST_TURNING = 50
 """Coordinates of rigid bodies that hang on none below which they are, too."""
 FEWEST_SLIDING = 60
-"""The same of bodies with more coordinates than joints have: spins that they conserve are found in so many."""
+"""The same of bodies with more coordinates than joints have: spins that fewer conserve are found."""
 MOST_TURNING = 1000
 """Terms of forces on these up to which that is so. More, as of pairs of many points, take long to compile."""
 FEWEST_SWITCHED = 50
