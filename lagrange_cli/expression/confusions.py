@@ -121,6 +121,10 @@ NOT_SUPPORTED: dict[str, str] = {
 }  # fmt: skip
 """Functions that have no counterpart here, in small letters, and what to do without them."""
 
+WHOLE_PARTS = frozenset({"int", "floor", "ceil", "ceiling", "round", "trunc"})
+WHOLE_PART = "write //, as in i//2 for the whole part of i/2"
+"""What to do without these where numbers are whole."""
+
 NAMES: dict[str, str] = {
     "π": "pi", "Pi": "pi", "PI": "pi", "time": "t", "Time": "t", "τ": "2*pi, or add it to the parameters",
     **dict.fromkeys(("deg", "degree", "degrees"), "pi/180: angles are in radians"),

@@ -53,6 +53,8 @@ class Cursor:
         """Whether the structure is lost: more errors in it would follow from the first."""
         self.condition = False
         """Whether this is within the condition of a sum or of ``where``."""
+        self.whole = False
+        """Whether this is within an index, or within the range of one, which are whole numbers."""
         self.depth = self.operators = self.loops = 0
 
     @property

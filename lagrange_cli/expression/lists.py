@@ -160,6 +160,13 @@ class Lists(Cursor, ABC):
         self.depth -= 1
         return found
 
+    def whole_numbers(self, opening: Token) -> tuple[Tree, ...]:
+        """The expressions in brackets behind a name, or in those of a range."""
+        around, self.whole = self.whole, True
+        items, _ = self.enclosed(opening)
+        self.whole = around
+        return tuple(items)
+
     def group(self) -> Tree:
         """The content of parentheses, or a vector."""
         opening = self.advance()

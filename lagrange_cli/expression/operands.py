@@ -10,6 +10,8 @@ from lagrange_cli.expression.confusions import (
     NOT_SUPPORTED,
     PRIMES,
     VELOCITIES,
+    WHOLE_PART,
+    WHOLE_PARTS,
     spin_component,
 )
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
@@ -163,7 +165,7 @@ class Operands(Sums):
         opening = self.advance()
         if self.sees("]"):
             self.structural(self.next.span, "missing index", "as in theta[0] or theta[i]")
-        return tuple(self.enclosed(opening)[0])
+        return self.whole_numbers(opening)
 
     def primed(self, token: Token, name: str) -> Tree:
         """``x'`` or ``ẋ``, which is a velocity elsewhere."""
@@ -239,7 +241,8 @@ class Operands(Sums):
             self.place += 2
             return self.derivative(Span(token.span.start, self.stop), arguments[0])
         if name.lower() in NOT_SUPPORTED:
-            self.error(token.span, f"'{name}' is not supported", NOT_SUPPORTED[name.lower()])
+            whole = WHOLE_PART if self.whole and name.lower() in WHOLE_PARTS else ""
+            self.error(token.span, f"'{name}' is not supported", whole or NOT_SUPPORTED[name.lower()])
         elif name == "range":
             self.error(token.span, "'range' outside a loop", f"as in {SUM_EXAMPLE}")
         elif name not in CALLABLE:

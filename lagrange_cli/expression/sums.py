@@ -93,11 +93,11 @@ class Sums(Lists):
             del self.errors[known:]  # of what is no range, as in 1..3
             self.refuse(tree.span, "an index needs a range", _LOOP)
         self.advance()
-        arguments, _ = self.enclosed(self.advance())
+        arguments = self.whole_numbers(self.advance())
         if not 1 <= len(arguments) <= 3:
             self.error(
                 Span(start.span.start, self.stop),
                 f"wrong number of arguments for 'range': {len(arguments)} instead of 1 to 3",
                 "write range(N), or range(start, stop, step); stop itself is left out",
             )
-        return tuple(arguments)
+        return arguments

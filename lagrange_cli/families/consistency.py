@@ -28,8 +28,9 @@ from lagrange_cli.families.masses import components, energies_of, masses_of, par
 from lagrange_cli.families.values import DOUBLES, Doubles
 from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
+from lagrange_cli.model.start.dependence import CLEAR
 from lagrange_cli.model.start.equations import Equations, Matter, Part, Rates, depends
-from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED
+from lagrange_cli.model.start.linear import DENSE, FILLED
 from lagrange_cli.model.start.nearest import ROUND
 from lagrange_cli.model.start.search import NEARBY, Generic, Given, away
 from lagrange_cli.spec.content import bases_of, names_of

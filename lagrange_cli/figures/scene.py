@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.decimals import decimal
-from lagrange_cli.drawing.drawing import Drawing, Line, Locus
+from lagrange_cli.drawing.drawing import Drawing, Locus
 from lagrange_cli.drawing.evaluate import locus, points, sizes
 from lagrange_cli.figures.solids import seen
 from lagrange_cli.figures.style import COLORS, formula, styled
@@ -251,7 +251,7 @@ class Scene:
         self.rods.set_segments([flat[list(one.ends)] for one in drawing.rods])
         self.rods.set_color([one.colour or (GREY if one.thin else DARK) for one in drawing.rods] or DARK)
         self.rods.set_linewidth([1.2 if one.thin else 2.4 for one in drawing.rods] or 2.4)
-        self.springs.set_segments([self._spring(one, flat) for one in drawing.springs])
+        self.springs.set_segments([*self._zigzags(flat)])
         self.springs.set_color([one.colour or DARK for one in drawing.springs] or DARK)
         self.pivots.set_offsets(flat[[one.point for one in drawing.pivots]].reshape(-1, 2))
         order = np.argsort(
@@ -265,18 +265,18 @@ class Scene:
         self._bodies(now)
         self._trails(places)
 
-    def _spring(self, spring: Line, flat: Array) -> Array:
-        """A spring as a zigzag line."""
-        start, end = flat[list(spring.ends)]
-        along = end - start
-        across = np.array([-along[1], along[0]])
+    def _zigzags(self, flat: Array) -> Array:
+        """The springs as zigzag lines (springs, points, 2)."""
+        ends = flat[np.array([one.ends for one in self.drawing.springs], dtype=int).reshape(-1, 2)]
+        start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
         low, high = self.axes.get_ylim()
-        length = float(np.linalg.norm(along)) or 1.0
-        across = across / length * min(0.018 * (high - low), 0.25 * length)
+        length = np.hypot(*along.T)
+        width = np.minimum(0.018 * (high - low), 0.25 * length) / np.where(length > 0.0, length, 1.0)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1) * width[:, None]
         share = np.concatenate([[0, 0.1], 0.1 + 0.8 * (np.arange(2 * TURNS) + 0.5) / (2 * TURNS), [0.9, 1]])
         side = np.concatenate([[0, 0], [1, -1] * TURNS, [0, 0]])
-        zigzag: Array = start + share[:, None] * along + side[:, None] * across
-        return zigzag
+        zigzags: Array = start[:, None] + share[:, None] * along[:, None] + side[:, None] * across[:, None]
+        return zigzags
 
     def _bodies(self, now: Array) -> None:
         """The faces of rigid bodies, the nearest last."""

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.samples import Samples
 
-MANY = 4096
-"""Crossings that are gathered before they are handed over, with those that compiled code has made at once."""
+MANY, MEMORY = 4096, 2**23
+"""Crossings, and bytes of their states, that are gathered before they are handed over, with those that
+compiled code has made at once."""
 
 
 MEMBER = "member"
@@ -31,13 +32,14 @@ class EventLog(HappenedSink):
         super().__init__(tuple(name for group in prepared.recording.events for name in group.members))
         self.states = samples.balances
         self._crossings: list[Crossings] = []
-        self._gathered = 0
+        self._gathered = self._bytes = 0
 
     def crossed(self, crossings: Crossings) -> None:
         super().crossed(crossings)
         self._crossings.append(crossings)
         self._gathered += len(crossings.t)
-        if self._gathered >= MANY:
+        self._bytes += crossings.states.nbytes
+        if self._gathered >= MANY or self._bytes >= MEMORY:
             self.hand_over()
 
     def changed(self, change: Change) -> None:
@@ -49,7 +51,8 @@ class EventLog(HappenedSink):
 
     def hand_over(self) -> None:
         """Emit what has been gathered since the last time: t, q and v, and in a family its indices."""
-        gathered, self._crossings, self._gathered = self._crossings, [], 0
+        gathered, self._crossings = self._crossings, []
+        self._gathered = self._bytes = 0
         if gathered:
             self._emit(crossing_datasets(self._prepared, gathered))
 

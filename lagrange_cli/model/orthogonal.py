@@ -21,9 +21,11 @@ TALL = 2
 """A front with so many times more rows than columns is made triangular."""
 
 
-def leading(rows: Sequence[Mapping[int, float]], sine: float) -> list[int]:
+def leading(rows: Sequence[Mapping[int, float]], least: float, most: float) -> list[int] | None:
     """The rows of norm 1 that do not depend on earlier ones: what is orthogonal to these is longer than
-    ``sine``."""
+    ``most``, and not longer than ``least`` where one does. None where it is between.
+
+    Fronts are small if rows are in an order in which Cholesky's factors are."""
     waiting: list[list[tuple[list[int], NDArray[np.float64]]]] = [[] for _ in rows]
     for columns, entries in transposed(rows).values():
         waiting[columns[0]].append((columns, np.array([entries])))
@@ -33,7 +35,9 @@ def leading(rows: Sequence[Mapping[int, float]], sine: float) -> list[int]:
         waiting[i] = []
         first, rest = front[:, 0], front[:, 1:]
         norm = float(np.linalg.norm(first))
-        if norm > sine:
+        if least < norm <= most:
+            return None
+        if norm > most:
             found.append(i)
             rest = reflected(first, norm, rest)
         if len(rest) > TALL * rest.shape[1]:

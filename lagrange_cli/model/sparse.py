@@ -26,6 +26,8 @@ PART = 1 / 16
 """The part of all unknowns that a round should have."""
 MANY = 32
 """Rows from which full ones are arrays."""
+Matrix = Sequence[dict[int, float]]
+"""A symmetric matrix by rows: its entries by column, as far as they are not 0."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +98,6 @@ def apart(neighbours: Sequence[set[int]], degrees: Mapping[int, int], most: int)
     return sorted(chosen)
 
 
-Matrix = Sequence[dict[int, float]]
-"""A symmetric matrix by rows: its entries by column, as far as they are not 0."""
-
-
 @dataclass(frozen=True)
 class Factors:
     """L D L^T of a matrix, eliminated in this ``order``: ``columns[p]`` has L_ip by i, ``pivots`` D."""
@@ -107,6 +105,18 @@ class Factors:
     order: Sequence[int]
     columns: Sequence[Mapping[int, float]]
     pivots: Sequence[float]
+
+    def solve_all(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same for each column of ``right``."""
+        x = right + 0.0
+        for p in self.order:
+            for i, entry in self.columns[p].items():
+                x[i] -= entry * x[p]
+        for p in reversed(self.order):
+            x[p] /= self.pivots[p]
+            for i, entry in self.columns[p].items():
+                x[p] -= entry * x[i]
+        return x
 
     def solve(self, right: Sequence[float]) -> list[float]:
         """x with L D L^T x = ``right``."""
@@ -152,6 +162,14 @@ def factored(matrix: Matrix, most: int) -> Factors | None:
                 other[k] = other.get(k, 0.0) - scaled * entry
             heappush(pending, (len(other), i))
     return Factors(order, columns, pivots) if len(order) == len(rows) else None
+
+
+def order_of(matrix: Matrix, most: int) -> Sequence[int] | None:
+    """An order of elimination in which L has few entries, ``most`` at most, if there is one. Along a chain,
+    it leads from the ends."""
+    larger = [{**row, i: 1.0 + sum(map(abs, row.values()))} for i, row in enumerate(matrix)]
+    found = factored(larger, most)
+    return found.order if found else None
 
 
 def full(rows: Sequence[Mapping[int, float]], width: int) -> bool:

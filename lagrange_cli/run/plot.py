@@ -20,7 +20,7 @@ from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.plots import motions, sections, sweeps
 from lagrange_cli.run.plots.motions import Run, What, opened
-from lagrange_cli.run.plots.quantities import look_up, output_of, quantities
+from lagrange_cli.run.plots.quantities import look_up, output_of, quantities, too_large
 from lagrange_cli.run.request import HDF5, Request
 from lagrange_cli.store.result import Result
 
@@ -187,6 +187,8 @@ def missing(run: Run, word: str, what: What, option: str) -> str:
         return f"{option} error: {run.result.name} has no estimated errors: solve again with --certify"
     if run.result.solved_for_this:
         return f"{option} {word}: {run.result.title} has no {PARTS.get(word, word)}"
+    if large := too_large(run.result, what.outputs):
+        return f"{option} {word}: in {run.result.name}, {large}; read it with h5py"
     needed = ",".join(what.outputs)
     if run.result.kind == "section":
         return f"{option} {word}: {run.result.name} does not contain it"

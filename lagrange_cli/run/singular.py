@@ -179,8 +179,9 @@ def conditioning_of_families(
 
 def dependent(spec: Spec, parameters: Mapping[str, float], end: End) -> tuple[str, ...]:
     """The constraints that depend on others where a motion ended, besides those that do so everywhere."""
+    from lagrange_cli.model.start.dependence import independent
     from lagrange_cli.model.start.equations import Equations
-    from lagrange_cli.model.start.linear import independent, scales
+    from lagrange_cli.model.start.linear import scales
     from lagrange_cli.run.start import of_families
 
     count = len(spec.coordinates)

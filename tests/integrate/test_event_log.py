@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
+from lagrange_cli.integrate import event_log
+from lagrange_cli.integrate.event_log import EventLog
+from lagrange_cli.integrate.events import Crossings
 from tests.families.test_events import followed, keep_families, ready
 
 BEADS = """
@@ -39,3 +45,21 @@ def test_crossings_have_the_indices_of_their_members(whole: bool, monkeypatch: p
     )
     both = [(i, j) for i in range(4) for j in range(4) if i != j and when(i, j, 1.0) < 9.99]
     assert listed("apart", "i", "j") == sorted(both, key=lambda one: when(*one, 1.0))
+
+
+@pytest.mark.parametrize(("rows", "handed"), [(2, 1), (2**17, 9)])
+def test_crossings_are_handed_over_before_they_take_much_memory(
+    rows: int, handed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those of large systems are 1 MB each here, and 8 MB are kept at most; no crossing is lost."""
+    group, found = SimpleNamespace(members=("floor",)), list[int]()
+    prepared = SimpleNamespace(recording=SimpleNamespace(events=(group,)))
+    monkeypatch.setattr(
+        event_log, "crossing_datasets", lambda _, gathered: {"t": [one.t for one in gathered]}
+    )
+    log = EventLog(prepared, SimpleNamespace(balances=False), lambda data: found.append(len(data["t"])))
+    for k in range(9 * 8):
+        one = np.full(1, float(k))
+        log.crossed(Crossings(np.zeros(1, np.int64), one, one, np.zeros((1, rows)), one < 0.0, 0.0 * one))
+    log.hand_over()
+    assert found == [9 * 8 // handed] * handed

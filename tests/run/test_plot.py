@@ -9,6 +9,7 @@ import pytest
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map
 from lagrange_cli.run.plot import PlotRequest, page_of
+from lagrange_cli.run.plots import quantities as quantity_names
 from lagrange_cli.run.plots import reading
 from lagrange_cli.run.plots.motions import Run
 from lagrange_cli.run.plots.quantities import Quantity, quantities, unit_text
@@ -311,3 +312,54 @@ def test_a_path_is_drawn_in_its_plane_and_what_stands_as_a_point(tmp_path, bead,
     shown = [moving.x, moving.y, *([] if moving.z is None else [moving.z])]
     np.testing.assert_array_equal(shown, r[:, ["xyz".index(axis) for axis in axes]].T)
     assert not moving.points and standing.points and len(standing.x) == 1
+
+
+ROPE = """
+sizes: {N: 1200}
+parameters: {g: 9.81}
+coordinates: {"y[i in range(N)]": {initial: "0.1*sin(i)"}}
+masses: {"bead[i in range(N)]": 1}
+embedding: {"bead[i in range(N)]": "[i, y[i]]"}
+potential: sum(g*y[i] for i in range(N))
+"""
+
+
+def test_motions_of_many_particles_are_read_once_and_paths_that_are_too_short_are_points(
+    tmp_path, monkeypatch
+):
+    """1200 beads fall by 1e-4 of the length of their row. At most 1000 paths are drawn, and 200 curves."""
+    (tmp_path / "rope.yaml").write_text(ROPE)
+    options = ("--stop", "0.15", "--samples", "9", "--outputs", "q,positions")
+    lagrange("solve", "rope.yaml", *options, cwd=tmp_path)
+    read = list[str]()
+    monkeypatch.setattr(Result, "read", noting(read, Result.read))
+    (path,) = panels(tmp_path, "rope.h5", "path")
+    (over_time,) = panels(tmp_path, "rope.h5", "q")
+    assert read.count("positions/bead") == read.count("q/y") == 1
+    assert len(over_time.items) == 200
+    assert [curve.x.tolist() for curve in path.items] == [[i, i] for i in range(0, 1200, 2)]
+    assert all(curve.points and curve.y[1] < curve.y[0] - 0.1 for curve in path.items)
+
+
+def test_datasets_that_are_too_large_for_a_plot_are_named(tmp_path, monkeypatch):
+    """The positions of 1200 beads are 2400 numbers."""
+    (tmp_path / "rope.yaml").write_text(ROPE)
+    options = ("--stop", "0.15", "--samples", "9", "--outputs", "q,positions")
+    lagrange("solve", "rope.yaml", *options, cwd=tmp_path)
+    monkeypatch.setattr(quantity_names, "MOST_MEMBERS", 1200)
+    assert panels(tmp_path, "rope.h5", "q")
+    told = "positions/bead has 2400 numbers for each sample, and plots have at most 1200; read it with h5py"
+    with pytest.raises(UsageError, match=f"--what path: in .*rope.h5, {told}"):
+        panels(tmp_path, "rope.h5", "path")
+    with pytest.raises(UsageError, match=f"--y bead\\[3\\].y: in .*rope.h5, {told}"):
+        panels(tmp_path, "rope.h5", y=("bead[3].y",))
+
+
+def noting(names, read):
+    """``read``, which notes the paths of what is read."""
+
+    def noted(result, path, *part):
+        names.append(path)
+        return read(result, path, *part)
+
+    return noted

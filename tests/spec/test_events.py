@@ -137,6 +137,9 @@ BAD = [
     ("{when: y, action: [stop]}", [("[", "must be one action", "record, stop")]),
     ("{when: y, action: y_dot = 1}", [("y_dot = 1", "unknown action", "'action: {set: {y_dot: 1}}'")]),
     ("{when: y, action: {y_dot: 1}}", [("y_dot", "unknown key", "'action: {set: {y_dot: ...}}'")]),
+    ("{when: y, action: {impulse: {y: 1}}}", [("impulse", "unknown key", "{set: {x_dot: -x_dot}}")]),
+    ("{when: y, action: {change: {y: 1}}}", [("change", "unknown key", "{set: {x_dot: -x_dot}}")]),
+    ("{when: y, action: {bounce: 0.5}}", [("bounce", "unknown key", "{set: {x_dot: -x_dot}}")]),
     ("{when: y, action: {stop: true}}", [("stop", "unknown key", "'action: stop'")]),
     ("{when: y, action: {stop: true, set: {e: 1}}}", [("stop", "unknown key", "either stops")]),
     # what is set

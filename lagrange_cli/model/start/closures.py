@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.model.start.beginnings import beginnings, starts
+from lagrange_cli.model.start.dependence import independent
 from lagrange_cli.model.start.folds import FLAT, meeting_place
-from lagrange_cli.model.start.linear import DENSE, damped, independent, scattered, smallest, steep
+from lagrange_cli.model.start.linear import DENSE, damped, scattered, smallest, steep
 from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface, Values
 from lagrange_cli.records import dataclass
 

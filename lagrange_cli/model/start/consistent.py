@@ -12,10 +12,11 @@ from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.start.closures import determined
+from lagrange_cli.model.start.dependence import independent
 from lagrange_cli.model.start.equations import Masses, Matter, Rates
 from lagrange_cli.model.start.generic import faint, in_general, refuse_constants
 from lagrange_cli.model.start.given_masses import GivenMasses
-from lagrange_cli.model.start.linear import independent, scales, steepness
+from lagrange_cli.model.start.linear import scales, steepness
 from lagrange_cli.model.start.missing import closure
 from lagrange_cli.model.start.moved import far, moved, tried
 from lagrange_cli.model.start.nearest import ROUND, Surface, Values

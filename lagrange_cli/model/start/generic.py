@@ -10,16 +10,8 @@ from typing import Any
 
 from lagrange_cli.errors import NotLinear, SpecError
 from lagrange_cli.expression.syntax import Binary, Call, Name, Negative, Tree, names
-from lagrange_cli.model.start.linear import (
-    APART,
-    damped,
-    in_turn,
-    independent,
-    joined,
-    scattered,
-    steepness,
-    tied,
-)
+from lagrange_cli.model.start.dependence import APART, in_turn, independent, joined, tied
+from lagrange_cli.model.start.linear import damped, scattered, steepness
 from lagrange_cli.model.start.nearest import NEAR, ROUNDS
 from lagrange_cli.model.start.search import NEARBY, TRIES, Generic, Search
 from lagrange_cli.spec.spec import Spec
@@ -32,6 +24,8 @@ EXACTLY = 1e-12
 """States nearby are consistent if constraints are off by no more."""
 CLOSER = (1.0, 2.0**-5, 2.0**-10)
 """Parts of the usual distance: a long chain is far larger than its links, which limit how far it moves."""
+PATIENCE = 10
+"""Rounds in which constraints must be satisfied twice as well."""
 LATER = (0.37, 1.13)
 """Times after the start at which a constraint is looked at that restricts nothing at the start."""
 
@@ -90,28 +84,71 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
     best = independent(rows, scale, typical)
     if len(best) == len(search.names):
         return Generic(tuple(best), tuple(typical))
+    places = Places(search, q, scale)
     for part in CLOSER:
-        seen, places = [best], [rows]
-        later = NEARBY * depend_on_time(search, q)  # the start may stand alone at its time
+        seen, slopes = [best], [rows]
+        later = NEARBY * places.move()  # the start may stand alone at its time
         for number in range(TRIES if not later else 2 * TRIES):
             t = search.given.t + later * max(0, number - TRIES + 1)
-            near = nearby(search, q, scale, [*range(search.count)], number, t, part)
+            near = places.nearby([*range(search.count)], number, t, part)
             if near is not None:
                 there = search.rates(near, search.given.v, t).rows
                 seen.append(independent(there, scale, typical, sine=APART))
-                places.append(there)
+                slopes.append(there)
         if len(seen) > 1:
             break
-        rest = disagreement(search, q, scale, best, part)
+        rest = disagreement(places, best, part)
         if rest <= agreeing(part):
             return Generic(tuple(best), tuple(typical), joined(tied(rows, best, scale)), rest)
     else:  # a place that stands alone: nothing is known beyond it
         return Generic(tuple(range(len(search.names))), tuple(typical))
     best = max(seen, key=len)
-    refuse_restricting(search, q, scale, best, part)
-    whole = [rows for rows, kept in zip(places, seen) if len(kept) == len(best)]
+    refuse_restricting(places, best, part)
+    whole = [rows for rows, kept in zip(slopes, seen) if len(kept) == len(best)]
     found = joined(one for rows in whole for one in tied(rows, best, scale))
     return Generic(tuple(best), tuple(typical), found, in_turn=in_turn(whole, best, scale))
+
+
+class Places:
+    """Places near ``q`` that satisfy constraints, each found once."""
+
+    def __init__(self, search: Search, q: Sequence[Any], scale: Sequence[float]) -> None:
+        self.search, self.q, self.scale = search, q, scale
+        self._found: dict[tuple[Any, ...], list[Any] | None] = {}
+
+    def move(self) -> bool:
+        """Whether constraints change with time at a place."""
+        search = self.search
+        times = search.given.t, search.given.t + NEARBY
+        return any(float(one) for t in times for one in search.rates(self.q, search.given.v, t).drifts)
+
+    def nearby(self, kept: Sequence[int], number: int, t: Any, part: float) -> list[Any] | None:
+        """The place with this ``number``, at a ``part`` of the usual distance, that satisfies the constraints
+        ``kept``, if there is one."""
+        key = tuple(kept), number, t, part
+        if key not in self._found:
+            self._found[key] = self._nearby(kept, number, t, part)
+        return self._found[key]
+
+    def _nearby(self, kept: Sequence[int], number: int, t: Any, part: float) -> list[Any] | None:
+        search, scale = self.search, self.scale
+        place, least, since = search.away(self.q, scale, number, part), math.inf, 0
+        for done in range(ROUNDS):
+            try:
+                values, rows = search.position_values(place, t)
+                mine = [rows[i] for i in kept]
+                off = search.worst([values[i] for i in kept], mine, scale)
+                if off <= least / 2:
+                    least, since = off, done
+                elif done - since >= PATIENCE:
+                    return None
+                step = damped(mine, [float(values[i]) for i in kept], scale)
+            except ArithmeticError:
+                return None
+            place = [x + step.get(k, 0.0) for k, x in enumerate(place)]
+            if max((abs(dx) / scale[k] for k, dx in step.items()), default=0.0) <= EXACTLY:
+                return place if off <= EXACTLY else None
+        return None
 
 
 def agreeing(part: float) -> float:
@@ -119,25 +156,18 @@ def agreeing(part: float) -> float:
     return max(AGREE * part * part, EXACTLY)
 
 
-def disagreement(
-    search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int], part: float
-) -> float:
+def disagreement(places: Places, best: Sequence[int], part: float) -> float:
     """By how much the other constraints are off, relative to their size, where the ``best`` are satisfied
     nearby; infinite where that is not known."""
-    bound, found = [i for i in best if i < search.count], []
-    for number in range(TRIES if not depend_on_time(search, q) else 0):
-        near = nearby(search, q, scale, bound, number, part=part)
+    search = places.search
+    bound, found = [i for i in best if i < search.count], list[float]()
+    for number in range(TRIES if not places.move() else 0):
+        near = places.nearby(bound, number, search.given.t, part)
         if near is not None:
             values, rows = search.position_values(near)
             rest = [i for i in range(search.count) if i not in best]
-            found.append(search.worst([values[i] for i in rest], [rows[i] for i in rest], scale))
+            found.append(search.worst([values[i] for i in rest], [rows[i] for i in rest], places.scale))
     return max(found, default=math.inf)
-
-
-def depend_on_time(search: Search, q: Sequence[Any]) -> bool:
-    """Whether constraints change with time at a place."""
-    times = search.given.t, search.given.t + NEARBY
-    return any(float(one) for t in times for one in search.rates(q, search.given.v, t).drifts)
 
 
 def faint(search: Search, q: Sequence[Any], scale: Sequence[float]) -> tuple[str, ...]:
@@ -155,41 +185,16 @@ def faint(search: Search, q: Sequence[Any], scale: Sequence[float]) -> tuple[str
     return tuple(name for i, name in enumerate(search.names) if i in found)
 
 
-def nearby(
-    search: Search,
-    q: Sequence[Any],
-    scale: Sequence[float],
-    kept: Sequence[int],
-    number: int,
-    t: Any = None,
-    part: float = 1.0,
-) -> list[Any] | None:
-    """A place nearby that satisfies the constraints ``kept``."""
-    place = search.away(q, scale, number, part)
-    for _ in range(ROUNDS):
-        try:
-            values, rows = search.position_values(place, t)
-            mine = [rows[i] for i in kept]
-            step = damped(mine, [float(values[i]) for i in kept], scale)
-        except ArithmeticError:
-            return None
-        place = [x + step.get(k, 0.0) for k, x in enumerate(place)]
-        if max((abs(dx) / scale[k] for k, dx in step.items()), default=0.0) <= EXACTLY:
-            return place if search.worst([values[i] for i in kept], mine, scale) <= EXACTLY else None
-    return None
-
-
-def refuse_restricting(
-    search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int], part: float
-) -> None:
+def refuse_restricting(places: Places, best: Sequence[int], part: float) -> None:
     """Refuse constraints that depend on others and contradict them nearby or later."""
-    rest = [i for i in range(len(search.names)) if i not in best]
-    moving = depend_on_time(search, q)
+    search, scale, moving = places.search, places.scale, places.move()
+    among = {*best}
+    rest = [i for i in range(len(search.names)) if i not in among]
     bound = [i for i in best if i < search.count]
     for number in range(TRIES if rest else 0):
         for later in (0.0, NEARBY * (number + 1))[: 1 + moving]:
             t = search.given.t + later
-            near = nearby(search, q, scale, bound, number, t, part)
+            near = places.nearby(bound, number, t, part)
             if near is None:
                 continue
             rates = search.rates(near, [0.0 * x for x in near], t)

@@ -1,14 +1,14 @@
-"""Linear algebra of constraints: which of them are independent, and equations with their slopes."""
+"""Linear algebra of constraints: equations with their slopes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.model import orthogonal, sparse
+from lagrange_cli.model import sparse
 from lagrange_cli.model.start.equations import Matter, Row
 
 if TYPE_CHECKING:
@@ -16,16 +16,8 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = "NDArray[np.float64]"
 
-DEPENDENT = 1e-7
-"""A constraint depends on others where the sine of the angle between its slopes and theirs is smaller."""
-APART = 1e-5
-"""The same at states that are not known exactly."""
-CLEAR = 1e-4
-"""The square of this sine, from which on no closer look is needed."""
 DENSE = 100
 """Constraints up to which matrices are full."""
-CHANGED = 1e-5
-"""Factors that differ by more, beside the largest, are not the same."""
 CUT = 1e-10
 """The part of the largest singular value below which others count as 0."""
 CORRECTIONS = 3
@@ -57,117 +49,6 @@ def scales(masses: Matter, values: Sequence[Any], extent: float = 0.0) -> list[f
 def steepness(rows: Sequence[Row], scale: Sequence[float]) -> list[float]:
     """The rate of change of each constraint with x_k/``scale[k]``."""
     return [math.hypot(*(float(a) * scale[k] for k, a in row.items())) for row in rows]
-
-
-def independent(
-    rows: Sequence[Row], scale: Sequence[float], typical: Sequence[float] = (), sine: float = DEPENDENT
-) -> list[int]:
-    """The rows, in their order, that do not depend on earlier ones, with slopes by x_k/``scale[k]``.
-
-    A row that is
-    negligible beside its ``typical`` steepness depends on any others. ``sine`` is that of the
-    angle below which one does.
-    """
-    scaled = [{k: float(a) * scale[k] for k, a in row.items()} for row in rows]
-    norms, least = steepness(rows, scale), [sine * x for x in typical] or [0.0] * len(rows)
-    kept = [i for i, norm in enumerate(norms) if least[i] < norm < math.inf]
-    unit = [{k: a / norms[i] for k, a in scaled[i].items()} for i in kept]
-    if len(kept) <= DENSE:
-        return [kept[i] for i in leading_dense(unit, sine)]
-    matrix = sparse.products(unit, unit)
-    found: list[int] = []
-    for part in sparse.parts_of(matrix):
-        factors = sparse.factored(sparse.within(matrix, part), FILLED * len(part))
-        if factors is not None and min(factors.pivots) > CLEAR:
-            found += [kept[i] for i in part]
-            continue
-        mine = [unit[i] for i in part]
-        chosen = leading_dense(mine, sine) if len(part) <= DENSE else orthogonal.leading(mine, sine)
-        found += [kept[part[i]] for i in chosen]
-    return sorted(found)
-
-
-def leading_dense(unit: Sequence[Mapping[int, float]], sine: float) -> list[int]:
-    """The rows of norm 1 that do not depend on earlier ones."""
-    if not unit:
-        return []
-    try:
-        pivots = np.diag(np.linalg.cholesky(products(unit, unit))) ** 2
-        if pivots.min() > CLEAR:
-            return [*range(len(unit))]
-    except np.linalg.LinAlgError:
-        pass
-    places = {k: place for place, k in enumerate(sorted({k for row in unit for k in row}))}
-    basis = np.zeros((min(len(unit), len(places)), len(places)))
-    found: list[int] = []
-    for i, row in enumerate(unit):
-        rest = np.zeros(len(places))
-        rest[[places[k] for k in row]] = list(row.values())
-        done = basis[: len(found)]
-        for _ in range(2):  # twice is enough (Kahan and Parlett)
-            rest -= done.T @ (done @ rest)
-        norm = float(np.linalg.norm(rest))
-        if norm > sine and len(found) < len(basis):
-            basis[len(found)] = rest / norm
-            found.append(i)
-    return found
-
-
-def tied(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) -> list[set[int]]:
-    """The rows of each combination that vanishes: one that is not ``kept``, and those it follows from."""
-    unit = [
-        {k: float(a) * scale[k] / (norm or 1.0) for k, a in row.items()}
-        for row, norm in zip(rows, steepness(rows, scale))
-    ]
-    among = {*kept}
-    rest = [i for i in range(len(rows)) if i not in among]
-    found = {i: {i} for i in rest}
-    for part in sparse.parts_of(sparse.products(unit, unit)) if rest else ():
-        others, mine = [i for i in part if i not in among], [i for i in part if i in among]
-        if others and mine:
-            shares = shares_of([unit[i] for i in mine], [unit[i] for i in others])
-            for k, j in np.argwhere(np.abs(shares) > APART).tolist():
-                found[others[j]].add(mine[k])
-    return [*found.values()]
-
-
-def joined(groups: Iterable[Iterable[int]]) -> tuple[tuple[int, ...], ...]:
-    """The same groups, those that have a number in common as one."""
-    found: list[set[int]] = []
-    of: dict[int, set[int]] = {}
-    for group in groups:
-        whole = {*group}
-        for other in {id(of[i]): of[i] for i in whole if i in of}.values():
-            whole |= other
-        of.update(dict.fromkeys(whole, whole))
-        found.append(whole)
-    return tuple(sorted(tuple(sorted(one)) for one in found if of[min(one)] is one))
-
-
-def in_turn(places: Sequence[Sequence[Row]], kept: Sequence[int], scale: Sequence[float]) -> tuple[int, ...]:
-    """The rows that are not ``kept`` and are combinations of those by factors that differ between places, and
-    those that are coupled with them."""
-    among, found = {*kept}, list[int]()
-    scaled = [[{k: float(a) * scale[k] for k, a in row.items()} for row in rows] for rows in places]
-    for part in sparse.parts_of(sparse.products(scaled[0], scaled[0])):
-        others, mine = [i for i in part if i not in among], [i for i in part if i in among]
-        if others and mine:
-            first, *rest = (shares_of([rows[i] for i in mine], [rows[i] for i in others]) for rows in scaled)
-            largest = max((float(np.abs(one - first).max()) for one in rest), default=0.0)
-            found += others if largest > CHANGED * float(np.abs(first).max()) else []
-    return tuple(sorted(found))
-
-
-def shares_of(own: Sequence[Row], others: Sequence[Row]) -> Array:
-    """The combinations of ``own`` rows, which are independent, that are nearest to others: a column for
-    each of these."""
-    if len(own) > DENSE:
-        factors = sparse.factored(sparse.products(own, own), FILLED * len(own))
-        if factors is not None:
-            columns = transposed(sparse.products(own, others), len(others))
-            known = [factors.solve([row.get(i, 0.0) for i in range(len(own))]) for row in columns]
-            return np.stack([np.array(one) for one in known], axis=1)
-    return least_squares(products(own, own), products(own, others))
 
 
 def products(rows: Sequence[Row], others: Sequence[Row]) -> Array:

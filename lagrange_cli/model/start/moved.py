@@ -14,8 +14,9 @@ from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.start.closures import ROUNDINGS, SAME, tidied
+from lagrange_cli.model.start.dependence import independent
 from lagrange_cli.model.start.given_masses import GivenMasses
-from lagrange_cli.model.start.linear import DENSE, independent, steepness
+from lagrange_cli.model.start.linear import DENSE, steepness
 from lagrange_cli.model.start.missing import MOST, begins
 from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface
 from lagrange_cli.model.start.search import SLIGHTLY, Search, away

@@ -25,7 +25,7 @@ from lagrange_cli.native.rates.radau_constants import (
     VALUES,
     WEIGHTS,
 )
-from lagrange_cli.native.rates.steps import SMALLEST
+from lagrange_cli.native.rates.trials import SMALLEST
 from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.polynomial import weighed

@@ -17,7 +17,8 @@ from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_rough
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD, Weights
 from lagrange_cli.native.rates.places import HEAD, LENGTH, Places, wide_of
-from lagrange_cli.native.rates.steps import LARGEST, SMALLEST, RateSteps, Trial
+from lagrange_cli.native.rates.steps import RateSteps
+from lagrange_cli.native.rates.trials import LARGEST, SMALLEST, Trial
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.steps import Now

@@ -21,7 +21,7 @@ from lagrange_cli.native.rates.gauss_radau_lengths import GaussRadauLengths
 from lagrange_cli.native.rates.gauss_radau_nodes import STRIDE, TERMS, inverse, products, tables
 from lagrange_cli.native.rates.gauss_radau_sizes import ORDER
 from lagrange_cli.native.rates.places import HEAD, HEADER, LEAST
-from lagrange_cli.native.rates.steps import Trial
+from lagrange_cli.native.rates.trials import Trial
 from lagrange_cli.native.stepping.polynomial import powers
 
 CONVERGED = 1e-12

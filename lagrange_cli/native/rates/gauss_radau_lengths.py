@@ -9,7 +9,7 @@ from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.rates.gauss_radau_nodes import TERMS
 from lagrange_cli.native.rates.gauss_radau_sizes import GaussRadauSizes
 from lagrange_cli.native.rates.places import LEAST, NEARER
-from lagrange_cli.native.rates.steps import LARGEST, SMALLEST
+from lagrange_cli.native.rates.trials import LARGEST, SMALLEST
 
 LAST_TERM = 1e-9
 """What the last term of the rates may add to a velocity, relative to it, at full double precision: the error

@@ -8,7 +8,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.rates.gauss_radau_nodes import TERMS
 from lagrange_cli.native.rates.places import HEADER, LATER, NEXT, Places, span_of
-from lagrange_cli.native.rates.steps import SMALLEST, RateSteps
+from lagrange_cli.native.rates.steps import RateSteps
+from lagrange_cli.native.rates.trials import SMALLEST
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Row

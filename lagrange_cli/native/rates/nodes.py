@@ -65,7 +65,7 @@ class RatesAtNodes(DoubleSteps):
         f.store_row(error, "%work", row + at.low)
 
     def retried(self, f: Function, exact: Real) -> Real:
-        """The step once more, with that length; 0 if there is none (``@tried`` of ``rates.steps``)."""
+        """The step once more, with that length; 0 if there is none (``@tried`` of ``rates.trials``)."""
         return f.call(Real, "tried", *f.pointers("constants", "state", "work"), exact)
 
     def now(self, f: Function) -> Real:

@@ -19,7 +19,7 @@ from lagrange_cli.native.rates.implicit import CHOSEN, CURRENT, ERROR, RENEW, TH
 from lagrange_cli.native.rates.places import HEAD, HEADER, LEAST, Places
 from lagrange_cli.native.rates.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.rates.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
-from lagrange_cli.native.rates.steps import Trial
+from lagrange_cli.native.rates.trials import Trial
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.polynomial import powers, weighed

@@ -20,6 +20,7 @@ from lagrange_cli.store.result import Result
 MOST_CURVES = 8
 """Curves of a panel that have colours and names of their own; more are shaded by their number."""
 MOST_SHADED = 200
+MOST_PATHS = 1000
 MOST_PHASES = 4
 ROUNDING = {"double-double": 2.0**-104}
 LONGEST_SPECTRUM = 2**22
@@ -89,8 +90,8 @@ def panel_over_time(title: str, pairs: Sequence[tuple[Run, Quantity]], logarithm
     many = count > MOST_CURVES
     curves, drawn = [], pairs[:: -(-count // MOST_SHADED)] if many else pairs
     read = {
-        id(run): iter(over_time(run.result, run.time, [one for each, one in drawn if each is run]))
-        for run, _ in drawn
+        key: iter(over_time(run.result, run.time, [one for each, one in drawn if each is run]))
+        for key, run in {id(run): run for run, _ in drawn}.items()
     }
     for number, (run, one) in enumerate(drawn):
         t, x = next(read[id(run)])
@@ -142,32 +143,39 @@ def across(runs: Iterable[Run], x: str, y: str, title: str) -> Panel:
 
 def path(runs: Sequence[Run]) -> list[Panel]:
     """The particles' paths in space."""
-    curves: list[Curve] = []
-    dimensions, unit = 0, ""
-    for run in runs:
-        for name in run.result.within("positions/"):
-            parts: dict[str, list[Quantity]] = {}
-            for one in run.of(f"positions/{name}"):
-                if one.path == f"positions/{name}":
-                    parts.setdefault(one.name.rpartition(".")[0], []).append(one)
-            for label, components in parts.items():
-                dimensions, unit = max(dimensions, len(components)), components[0].unit
-                (*r, t), _ = together(run.result, [*components, run.time])
-                first, second = (r[0], r[1]) if len(r) > 1 else (t, r[0])
-                third = finite(r[2]) if len(r) > 2 else None
-                named = " ".join(part for part in (run.label, plain(label)) if part)
-                curve = Curve(finite(first), finite(second), named, len(curves), third, run.faded(t))
-                curves.append(standing(curve) if dimensions > 1 else curve)
-    if not curves:
+    found = [(run, label, parts) for run in runs for label, parts in particles(run).items()]
+    if not found:
         return []
-    if len(curves) > MOST_CURVES:
+    drawn = found[:: -(-len(found) // MOST_PATHS)]
+    dimensions = max(len(parts) for _, _, parts in drawn)
+    unit = drawn[-1][2][0].unit
+    curves: list[Curve] = []
+    for run in runs:
+        mine = [(label, parts) for each, label, parts in drawn if each is run]
+        wanted = [run.time, *(one for _, parts in mine for one in parts)]
+        (t, *values), _ = together(run.result, wanted)
+        rest, faded = iter(values), run.faded(t)
+        for label, parts in mine:
+            r = [next(rest) for _ in parts]
+            first, second = (r[0], r[1]) if len(r) > 1 else (t, r[0])
+            third = finite(r[2]) if len(r) > 2 else None
+            named = " ".join(part for part in (run.label, plain(label)) if part)
+            curves.append(Curve(finite(first), finite(second), named, len(curves), third, faded))
+    if len(found) > MOST_CURVES:
         shades = np.linspace(0, 1, len(curves))
         curves = [replace(one, label="", shade=float(s)) for one, s in zip(curves, shades)]
     if dimensions == 1:
         time = with_unit("$t$", runs[0].time.unit)
         return [Panel("positions", time, with_unit("$x$", unit), tuple(curves))]
-    axes = [with_unit(f"${axis}$", unit) for axis in "xyz"]
-    return [in_space(tuple(curves), axes)]
+    return [in_space(standing(curves), [with_unit(f"${axis}$", unit) for axis in "xyz"])]
+
+
+def particles(run: Run) -> dict[str, list[Quantity]]:
+    """The components of the positions that the run has, by particle."""
+    found: dict[str, list[Quantity]] = {}
+    for one in run.of("positions/"):
+        found.setdefault(one.name.rpartition(".")[0], []).append(one)
+    return found
 
 
 def plain(name: str) -> str:

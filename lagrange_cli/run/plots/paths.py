@@ -11,6 +11,8 @@ from lagrange_cli.records import replace
 
 SAME = 1e-13
 """Coordinates that differ by this part of the largest one are the same but for rounding."""
+SEEN = 1e-3
+"""The part of a picture that is seen as more than a point."""
 
 
 def in_space(curves: tuple[Curve, ...], axes: Sequence[str]) -> Panel:
@@ -29,14 +31,32 @@ def coordinates(curve: Curve) -> tuple[Array, ...]:
     return curve.x, curve.y, np.zeros_like(curve.x) if curve.z is None else curve.z
 
 
-def standing(curve: Curve) -> Curve:
-    """The path of a particle that does not move as a point, which is seen."""
+def standing(curves: Sequence[Curve]) -> tuple[Curve, ...]:
+    """The paths, each as a line. That of a particle that does not move is a point, which is seen, and so are
+    both ends of one that is too short to be seen beside the others."""
+    whole = [np.concatenate([coordinates(one)[axis] for one in curves]) for axis in range(3)]
+    spans = [np.ptp(one[np.isfinite(one)]) for one in whole if np.isfinite(one).any()]
+    short = SEEN * float(max(spans, default=0.0))
+
+    def drawn(curve: Curve) -> Curve:
+        if at_rest(curve, SAME * size([curve])):
+            return ends(curve, [0])
+        return ends(curve, [0, -1]) if at_rest(curve, short) else curve
+
+    return tuple(map(drawn, curves))
+
+
+def at_rest(curve: Curve, least: float) -> bool:
+    """Whether a particle moves by no more than this along each axis."""
     parts = coordinates(curve)
-    scale = size([curve])
-    if not all(one.size and np.isfinite(one).all() and np.ptp(one) <= SAME * scale for one in parts):
-        return curve
-    z = None if curve.z is None else curve.z[:1]
-    return replace(curve, x=curve.x[:1], y=curve.y[:1], z=z, faded=None, points=True)
+    return all(one.size and np.isfinite(one).all() and np.ptp(one) <= least for one in parts)
+
+
+def ends(curve: Curve, places: Sequence[int]) -> Curve:
+    """Some places of a path as points."""
+    x, y, z = (None if one is None else one[places] for one in (curve.x, curve.y, curve.z))
+    assert x is not None and y is not None
+    return replace(curve, x=x, y=y, z=z, faded=None, points=True)
 
 
 def normal(curves: Sequence[Curve]) -> int | None:

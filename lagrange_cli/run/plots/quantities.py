@@ -30,8 +30,8 @@ FOLDERS = {
     "diagnostics/": ("{}", ""),
 }
 """How datasets of a folder are called, and the output that they belong to."""
-MOST_MEMBERS = 10_000
-"""Members of a family that have labels of their own."""
+MOST_MEMBERS = 100_000
+"""Numbers of a dataset for each sample that have labels of their own."""
 LONGEST = 28
 """Letters of a name in labels; a longer one is shortened."""
 SAFE_UNIT = re.compile(r"[\w%°·*/^ ().-]+")
@@ -102,6 +102,17 @@ def quantities(result: Result) -> dict[str, Quantity]:
     return found
 
 
+def too_large(result: Result, outputs: Sequence[str]) -> str:
+    """What to say of a dataset of some outputs that has more numbers than can be told apart; nothing if there
+    is none."""
+    folders = [folder for folder, (_, output) in FOLDERS.items() if output in outputs]
+    for path, held in result.held.items():
+        count = math.prod(held.shape[len(leading(result, held)) :])
+        if path.startswith(tuple(folders)) and count > MOST_MEMBERS:
+            return f"{path} has {count} numbers for each sample, and plots have at most {MOST_MEMBERS}"
+    return ""
+
+
 def members(name: str, path: str, held: Held, result: Result) -> Iterator[tuple[str, tuple[int, ...]]]:
     """The names of the numbers of one dataset with their indices behind the sample's."""
     shape = held.shape[len(leading(result, held)) :]
@@ -110,7 +121,7 @@ def members(name: str, path: str, held: Held, result: Result) -> Iterator[tuple[
     )
     family, last = (shape[:-1], shape[-1]) if vector and shape else (shape, 0)
     if math.prod(shape) > MOST_MEMBERS:
-        return
+        return  # see ``too_large``
     places: Iterable[Sequence[object]] = itertools.product(*map(range, family))
     axis = held.axes[len(held.shape) - len(shape)] if len(family) == 1 else ""
     if axis in result.held:  # which may be a list of the members that there are
@@ -145,6 +156,8 @@ def look_up(result: Result, known: Mapping[str, Quantity], name: str, option: st
             if each.path == path and not any(each.index):
                 return each
     wanted = output_of(name)
+    if large := too_large(result, [wanted or "q"]):
+        raise UsageError(f"{option} {name}: in {result.name}, {large}; read it with h5py")
     there = any(result.within(folder) for folder, (_, output) in FOLDERS.items() if output == wanted)
     if wanted and not there and not result.solved_for_this:
         raise UsageError(

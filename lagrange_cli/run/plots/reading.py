@@ -15,6 +15,8 @@ BUCKETS = 3000
 """A longer series is drawn by the least and the greatest of so many parts: what a printer can resolve."""
 POINTS = 200_000
 """Samples of a curve that is not over time."""
+NUMBERS = 2**24
+"""Numbers of all curves of a panel."""
 PIECE = 2**20
 """Numbers of a dataset that are read at a time."""
 
@@ -73,7 +75,7 @@ def least_and_greatest(t: Array, x: Array, width: int) -> tuple[Array, Array]:
 
 def together(result: Result, wanted: Sequence[Quantity]) -> tuple[list[Array], int]:
     """Several quantities at the same samples: every k-th, and k."""
-    step = max(1, -(-rows_of(result, wanted[0]) // POINTS))
+    step = max(1, -(-rows_of(result, wanted[0]) // min(POINTS, NUMBERS // len(wanted))))
     parts = [
         [each[::step].copy() for each in piece]  # which does not keep all that was read
         for piece in pieces(result, wanted, step)

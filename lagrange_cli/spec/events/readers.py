@@ -32,7 +32,7 @@ _ACTIONS_ELSEWHERE = {
     STOP: "terminal terminate end halt finish exit abort break quit",
 }
 IMPACTS = (
-    *("bounce", "reflect", "reverse", "reflection", "impact", "kick", "jump"),
+    *("bounce", "reflect", "reverse", "reflection", "impact", "impulse", "kick", "jump"),
     *("reset", "collide", "collision", "restitution", "flip"),
 )
 SET = "action: {set: {x_dot: -x_dot}}"
@@ -110,7 +110,7 @@ def read_action(table: Table, node: Node, where: str, problems: Problems) -> tup
         label = where.removeprefix("action of ")
         if not node.entries:
             problems.add(node.place, f"{where} is empty", hint)
-        for key, _ in node.entries:
+        for key, value in node.entries:
             if key.text != "set" and not (table.meant(key.text)[1] or near_match(key.text, table.keys)):
                 stops = key.text.lower() in (STOP, *_ACTIONS_ELSEWHERE[STOP].split())
                 instead = f"write 'action: {{set: {{{key.text}: ...}}}}'"
@@ -118,6 +118,8 @@ def read_action(table: Table, node: Node, where: str, problems: Problems) -> tup
                     instead = "leave it out: an action either stops the motion or sets something"
                 elif key.text == RECORD or stops:
                     instead = f"write 'action: {STOP if stops else RECORD}'"
+                elif key.text.lower() in IMPACTS or isinstance(value, nodes.Mapping):
+                    instead = f"write '{SET}'"
                 problems.add(key.place, f"unknown key {shown(key.text)} in the {where}", instead)
                 node = replace(node, entries=tuple(one for one in node.entries if one[0] is not key))
         return False, read_table(node, table, label, problems).get("set", ())
