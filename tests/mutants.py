@@ -47,6 +47,7 @@ MEMBERS = "tests/native/families/test_enclosures.py::"
 LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
 SPINS = "tests/families/test_spins.py::"
+CURVED = "tests/families/test_curved_masses.py::"
 CONSTRAINTS = "tests/motions/test_constraints.py::"
 SECTIONS = "tests/motions/test_sections.py::"
 PAGES = "tests/page/test_engine.py::"
@@ -70,6 +71,25 @@ MUTATIONS = {
         "native/families/joints/kind_masses.py", "max(spin, b)] = self._kept(-node)",
         "max(spin, b)] = self._kept(node)",
         (SPINS + "test_the_axis_is_known_close_to_the_vertical",),
+    ),
+    "the sign of masses that change, times accelerations": Mutation(
+        "native/families/constraints/together.py", "graph.ddt(graph.ddt(other)), -1.0",
+        "graph.ddt(graph.ddt(other)), 1.0",
+        (CURVED + "test_members_alike_take_the_steps_of_one[taylor]",),
+    ),
+    "the sign of dT/dq where masses depend on coordinates": Mutation(
+        "families/curved_masses.py", "-(slope * v * w)", "slope * v * w",
+        (CURVED + "test_members_alike_take_the_steps_of_one[taylor]",),
+    ),
+    "parts whose terms contain t": Mutation(
+        "families/conserved/parts.py", "steady[of[one.tables[0]]] = False",
+        "steady[of[one.tables[0]]] = True",
+        (CURVED + "test_what_is_conserved_is_what_members_conserve[driven]",),
+    ),
+    "what a spin has of others where it stands alone": Mutation(
+        "native/families/constraints/together.py", "terms.append(Term(spin.domain, -node, spin.rows))",
+        "terms.append(Term(spin.domain, node, spin.rows))",
+        ("tests/families/test_curved_spins.py",),
     ),
     "a power of the step in the compensated Horner scheme": Mutation(
         "native/stepping/polynomial.py", "square * square * h, rest)", "square * square, rest)",

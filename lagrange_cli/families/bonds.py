@@ -195,6 +195,11 @@ class Bonds:
         return self.pairs[1] if self.responses is None else self.responses.places
 
 
+def unbound() -> Bonds:
+    """No constraints."""
+    return Bonds((), (), Total(Source.TOTAL, 0), 0)
+
+
 def bound_families(spec: Spec) -> Iterator[tuple[Family, Mapping[str, Expression], bool]]:
     """The families of constraints, the section that each is in, and whether that has the holonomic ones."""
     for part, holonomic in (("constraints", True), ("nonholonomic", False)):

@@ -31,6 +31,35 @@ class Product:
 
 
 @dataclass(frozen=True, eq=False)
+class Spin:
+    """Coordinates at ``rows``, and the ``ratios`` M_ds/M_ss of others, with their own rows, of each member of
+    a ``domain`` (see ``families.spins``)."""
+
+    domain: Domain
+    rows: Places
+    ratios: tuple[tuple[Node, Places], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Alone:
+    """The products of a matrix in which ``spins`` stand alone, those that are no constants ``curved``."""
+
+    products: tuple[Product, ...]
+    curved: tuple[Product, ...]
+    spins: tuple[Spin, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Factored:
+    """The ``entries`` of the matrix that is factored, and what is no constant in them: M, or that in which
+    ``spins`` stand alone."""
+
+    entries: Total
+    curved: tuple[Product, ...]
+    spins: tuple[Spin, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class CoupledMasses:
     """The ``entries`` of M on its diagonal and below, at the places ``pairs`` (entries, 2); 0 and 1 are
     behind them."""
@@ -40,6 +69,19 @@ class CoupledMasses:
     entries: Total
     sizes: Places | None = None
     """What pivots are compared with, if it is not the diagonal."""
+    curved: tuple[Product, ...] = ()
+    """What is no constant of the motion in them: the part of T."""
+    alone: Factored | None = None
+
+    @property
+    def factored(self) -> Factored:
+        """The matrix that is factored."""
+        return self.alone or Factored(self.entries, self.curved)
+
+    def places(self, one: Product) -> Sequence[Places]:
+        """Where a product's coefficients go among the entries: those of squares, c v^2, go there twice."""
+        keys = self.pairs[:, 0] * self.count + self.pairs[:, 1]
+        return places_of(keys, self.count, one)
 
     @cached_property
     def elimination(self) -> SparseElimination | None:
@@ -81,20 +123,34 @@ class CoupledMasses:
 
 
 def coupled_masses(
-    root: Domain, count: int, diagonal: Sequence[Term], products: Sequence[Product]
-) -> CoupledMasses:
-    """M of so many coordinates, from terms on its ``diagonal`` and products of velocities."""
-    numbers = [np.arange(count) * (count + 1)]
-    numbers += [np.maximum(p.first, p.second) * count + np.minimum(p.first, p.second) for p in products]
-    keys = distinct(np.concatenate(numbers))
+    root: Domain, count: int, diagonal: Sequence[Term], products: Sequence[Product], one: Node,
+    curved: Sequence[Product] = (), alone: Alone | None = None,
+) -> CoupledMasses:  # fmt: skip
+    """M of so many coordinates, from terms on its ``diagonal`` and products of velocities, those that are no
+    constants ``curved``; the number ``one``; and what is ``alone``, if there are spins."""
+    given = [*products, *curved, *(alone.products if alone else ())]
+    keys = distinct(np.concatenate([np.arange(count) * (count + 1), *(key_of(count, p) for p in given)]))
     size = len(keys)
-    terms = [Term(t.domain, t.node, np.searchsorted(keys, t.targets * (count + 1))) for t in diagonal]
-    for product, key in zip(products, numbers[1:]):
-        places = np.searchsorted(keys, key)
-        terms.append(Term(product.domain, product.node, places))
-        square = product.first == product.second  # c v^2, whose second derivative is 2 c
-        if square.any():
-            terms.append(Term(product.domain, product.node, np.where(square, places, size + 2)))
-    terms.append(Term(root, products[0].node.graph.one, np.array([size + 1])))
-    pairs = np.stack(np.divmod(keys, count), axis=1)
-    return CoupledMasses(count, pairs, Total(Source.TOTAL, size + 3, tuple(terms)))
+
+    def added(terms: Sequence[Term], own: Sequence[Product]) -> Total:
+        """The entries, and 1 behind them."""
+        found = [Term(t.domain, t.node, np.searchsorted(keys, t.targets * (count + 1))) for t in terms]
+        for product in own:
+            found += [Term(product.domain, product.node, at) for at in places_of(keys, count, product)]
+        return Total(Source.TOTAL, size + 3, (*found, Term(root, one, np.array([size + 1]))))
+
+    factored = None if alone is None else Factored(added((), alone.products), alone.curved, alone.spins)
+    pairs, entries = np.stack(np.divmod(keys, count), axis=1), added(diagonal, [*products, *curved])
+    return CoupledMasses(count, pairs, entries, curved=tuple(curved), alone=factored)
+
+
+def key_of(count: int, one: Product) -> Places:
+    """The numbers of entries, row by row."""
+    found: Places = np.maximum(one.first, one.second) * count + np.minimum(one.first, one.second)
+    return found
+
+
+def places_of(keys: Places, count: int, one: Product) -> Sequence[Places]:
+    """Where a product's coefficients go among entries with these keys (``CoupledMasses.places``)."""
+    places, square = np.searchsorted(keys, key_of(count, one)), one.first == one.second
+    return [places, *([np.where(square, places, len(keys) + 2)] if square.any() else [])]

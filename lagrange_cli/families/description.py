@@ -96,7 +96,8 @@ class FamilySystem:
     ``energies`` are those that the potential is made of. The forces are those in L, opposite to the
     ``slopes``, and those that are ``applied`` besides. A U that is linear in velocities, such as that of
     charges in a magnetic field, has a derivative by these, ``vector``; the slopes are dU/dq - d/dt dU/dq_dot
-    then (H. Goldstein, Classical Mechanics, 2nd ed., eq. 1-58), and dU/dq is the ``gradient``.
+    then (H. Goldstein, Classical Mechanics, 2nd ed., eq. 1-58), and dU/dq is the ``gradient``. Where M is no
+    constant, -dL/dq is (see ``families.curved_masses``).
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
     With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what
@@ -133,7 +134,9 @@ class FamilySystem:
     equations together, and have no terms."""
     coupled_masses: CoupledMasses | None = None
     saddle: SaddlePoint | None = None
-    """The same with constraints."""
+    """The same with constraints, or where M is no constant."""
+    inertia: Total | None = None
+    """What the slopes have of a T whose M is no constant: terms that are quadratic in velocities."""
     apart: tuple[Node, Node] | None = None
     """T and U, where they are not the parts of L that are quadratic in velocities, and the others: where
     axes move."""
@@ -180,6 +183,11 @@ class FamilySystem:
         return self.joints is None and self.vector is None and self.coupled_masses is None
 
     @property
+    def curved(self) -> bool:
+        """Whether M, without joints, is no constant."""
+        return self.coupled_masses is not None and bool(self.coupled_masses.curved)
+
+    @property
     def mixed(self) -> bool:
         """Whether a joint has several coordinates."""
         return self.joints is not None and any(len(one.rows) > 1 for one in self.joints.joints)
@@ -196,8 +204,10 @@ class FamilySystem:
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
-    def straight_bonds(self) -> bool:
-        """Whether the slopes of constraints are constants of the motion."""
+    def lasting_matrix(self) -> bool:
+        """Whether the slopes of constraints, and M without joints, are constants of the motion."""
+        if self.curved:
+            return False
         nodes = [one for bound in (self.bonds.bounds if self.bonds else ()) for one in bound.slopes]
         moves = {self.q, self.v}
         return not any(one.symbols & self.time.symbols or self.slots.moving(one, moves) for one in nodes)
@@ -210,8 +220,17 @@ class FamilySystem:
     @property
     def moved_in_time(self) -> bool:
         """Whether positions depend on t besides coordinates, as T does then."""
-        if self.apart is not None:
-            return True
+        return self.apart is not None or self.driven_joints
+
+    @property
+    def timed_masses(self) -> bool:
+        """Whether M depends on t, without joints."""
+        curved = self.coupled_masses.curved if self.coupled_masses else ()
+        return any(one.node.symbols & self.time.symbols for one in curved)
+
+    @property
+    def driven_joints(self) -> bool:
+        """Whether the places of joints depend on t besides coordinates."""
         joints = self.joints
         if joints is None:
             return False
@@ -220,8 +239,8 @@ class FamilySystem:
 
     @property
     def steady_potential(self) -> bool:
-        """Whether L does not depend on time explicitly."""
-        if self.moved_in_time:
+        """Whether L does not depend on time explicitly. In a rotating frame it need not."""
+        if self.timed_masses or self.driven_joints:
             return False
         return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
 
@@ -255,7 +274,8 @@ class FamilySystem:
     def conserved(self) -> tuple[str, ...]:
         """h, and the momenta of cyclic coordinates, as far as their form shows that they are constants."""
         acted = np.zeros(self.q.count, dtype=bool)
-        for total in (self.forces,) if self.vector is None else (self.gradient, self.applied):
+        straight = self.vector is None and not self.curved
+        for total in (self.forces,) if straight else (self.gradient, self.applied):
             for term in total.terms:
                 acted[term.targets] = True
         for one in self.joints.joints if self.joints else ():

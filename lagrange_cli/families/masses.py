@@ -1,4 +1,4 @@
-"""Masses of systems whose M is constant: of particles, or in a given Lagrangian."""
+"""Masses of particles, or in a given Lagrangian, without those of joints."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Domain, Slot, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import CoupledMasses, Product, coupled_masses
+from lagrange_cli.families.curved_masses import bends, fixed, merged
 from lagrange_cli.families.description import Component
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
+from lagrange_cli.families.spins import with_spins
 from lagrange_cli.families.velocity_sums import products_of, sums_in
 from lagrange_cli.mechanics.multiplied_out import halved_squares, without_time
 from lagrange_cli.mechanics.substitution import substituted
@@ -36,37 +38,50 @@ class Energies:
     coupled: CoupledMasses | None = None
 
 
-def energies_of(builder: FamilyBuilder, spec: Spec, *, coupled: bool = False) -> Energies:
-    """The energies of a system whose M is constant, and diagonal unless it may be ``coupled``. Raises
-    ``Unsuited`` where it is not."""
+def energies_of(
+    builder: FamilyBuilder, spec: Spec, *, coupled: bool = False, curved: bool = False
+) -> Energies:
+    """The energies of a system whose M is constant unless it may be ``curved``, and diagonal unless it may be
+    ``coupled``. Raises ``Unsuited`` where it is not."""
     products: list[Product] | None = [] if coupled else None
     if spec.lagrangian is not None:
         lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
-        potential, masses = separated(builder, lagrangian, products)
+        potential, masses = separated(builder, lagrangian, products, curved=curved)
         return with_products(builder, Energies(potential, masses, [*builder.totals]), products)
     parts = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
     potential = builder.graph.sum([(one, 1.0) for one in parts])
     totals = [*builder.totals]
     try:
+        if spec.bodies:
+            raise Unsuited
         moving = [*particles(builder, spec)]
         return Energies(potential, masses_of(builder, moving), totals, moving)
     except Unsuited:
         kinetic = moving_axes(builder, spec)
-        parted = separated(builder, kinetic - potential, products)
+        parted = separated(builder, kinetic - potential, products, curved=curved)
         moved = any(x.symbols & builder.time.symbols for _, _, _, x, _ in components(builder, spec))
         apart = (kinetic, potential) if moved else None
         return with_products(builder, Energies(*parted, [*builder.totals], apart=apart), products)
 
 
 def with_products(builder: FamilyBuilder, energies: Energies, products: Sequence[Product] | None) -> Energies:
-    """The energies with an M that is coupled by ``products`` of velocities, if there are any."""
-    if not products:
+    """The energies with an M that is coupled by ``products`` of velocities, or no constant, if it is."""
+    diagonal, squares, count = list[Term](), list[Product](), builder.q.count
+    for term in energies.masses.terms:
+        if fixed(builder, term.node):
+            diagonal.append(term)
+        else:
+            squares.append(Product(term.domain, 0.5 * term.node, term.targets, term.targets))
+    if not products and not squares:
         return energies
-    count = builder.q.count
-    squares = [one.first[one.first == one.second] for one in products]
-    if len(distinct(np.concatenate([*squares, *(one.targets for one in energies.masses.terms)]))) < count:
-        raise Unsuited  # no pivot can be where M has no entry on its diagonal
-    made = coupled_masses(builder.root, count, energies.masses.terms, products)
+    plain = [one for one in products or () if fixed(builder, one.node)]
+    others = [*squares, *(one for one in products or () if not fixed(builder, one.node))]
+    curved = merged(builder.slots, builder.v, others)
+    own = [one.first[one.first == one.second] for one in (*plain, *curved)]
+    if not curved and len(distinct(np.concatenate([*own, *(one.targets for one in diagonal)]))) < count:
+        raise Unsuited  # no pivot can be where M has no entry on its diagonal, unless pivots are chosen
+    alone = with_spins(builder, diagonal, [*plain, *curved]) if curved else None
+    made = coupled_masses(builder.root, count, diagonal, plain, builder.graph.one, curved, alone)
     return replace(energies, masses=made.diagonal(builder.slots, Domain(count)), coupled=made)
 
 
@@ -110,12 +125,15 @@ def masses_of(builder: FamilyBuilder, particles: Sequence[Component]) -> Total:
 
 def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
     """T of particles whose places are made of coordinates and t alone, as along axes that turn, or of several
-    coordinates."""
+    coordinates, and of bodies that turn."""
     speeds: dict[Domain, list[tuple[Node, Node]]] = {}
     for _, _, domain, x, mass in components(builder, spec):
         if any(isinstance(slot.array, Total) for _, slot in builder.slots.inside(x)):
             raise Unsuited
         speeds.setdefault(domain, []).append((mass, builder.rate(x, domain)))
+    for body in (piece for group in builder.bodies.values() for piece in group.pieces(builder)):
+        turning = [(mass, u) for mass, _, velocity in body.carriers(builder.algebra) for u in velocity]
+        speeds.setdefault(body.domain, []).extend(turning)
     terms = []
     for domain, parts in speeds.items():
         energy = halved_squares(builder.graph, parts)
@@ -131,19 +149,12 @@ def kinked(node: Node, by: Iterable[Node]) -> bool:
     return any(one.kind is Kind.SWITCH and one.symbols & symbols for one in reachable([node]))
 
 
-def fixed(builder: FamilyBuilder, node: Node) -> bool:
-    """Whether it is a constant of the motion."""
-    if node.symbols & builder.time.symbols:
-        return False
-    constant = builder.given, builder.whole
-    return all(slot.array in constant for _, slot in builder.slots.inside(node))
-
-
 def separated(
-    builder: FamilyBuilder, lagrangian: Node, products: list[Product] | None = None
+    builder: FamilyBuilder, lagrangian: Node, products: list[Product] | None = None, *, curved: bool = False
 ) -> tuple[Node, Total]:
     """A given Lagrangian as sum M v^2/2 - U, with a U that is linear in velocities: U, and M. The terms of
     totals lose M v^2/2. ``products`` of different velocities are noted there; without it, they are refused.
+    So are masses that are no constants, unless they may be ``curved``.
     """
     graph, slots = builder.graph, builder.slots
     linear = factors(lagrangian, builder.totals, slots)
@@ -163,8 +174,11 @@ def separated(
             mass = graph.diff(momentum, symbol)
             others = [(graph.diff(momentum, s), other) for s, other in speeds if s is not symbol]
             coupled = [(each, other) for each, other in others if not each.is_zero]
-            constant = all(fixed(builder, one) for one in (mass, *(each for each, _ in coupled)))
-            if (coupled and products is None) or not constant or kinked(momentum, at_rest):
+            known = all(
+                fixed(builder, one) or (curved and bends(builder, one))
+                for one in (mass, *(each for each, _ in coupled))
+            )
+            if (coupled and products is None) or not known or kinked(momentum, at_rest):
                 raise Unsuited
             left += own * symbol
             if mass.is_zero and not coupled:

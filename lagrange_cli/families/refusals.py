@@ -13,17 +13,21 @@ from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.constrained.weightless import NOTHING
 from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.model.indefinite import factors_of
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Values = NDArray[np.float64]
 
+TRIES = 3
+"""Random states at which M is looked at."""
 CUTS = (
     "an energy or a constraint that jumps with the angle atan2(y, x)",
     "write it with sin, cos or the square of the angle, which do not",
@@ -67,25 +71,40 @@ def refuse_others(system: FamilySystem) -> None:
 def refuse_singular(system: FamilySystem) -> None:
     """Raise ``Unsuited`` where M is singular and constraints determine what it does not: their matrix is
     regular, but not as it is eliminated here. It is looked at in a random state."""
-    saddle = system.saddle
-    if saddle is None:
+    if system.saddle is None:
         return
-    chance, count, parameters = np.random.default_rng(0), system.q.count, len(system.spec.parameters)
+    found = pivots_of_masses(system, system.saddle, 0)
+    if np.all(np.isfinite(found)) and np.any(np.abs(found) <= NOTHING):
+        raise Unsuited(*INCOMPLETE)
+
+
+def pivots_of_masses(system: FamilySystem, saddle: SaddlePoint, seed: int) -> Values:
+    """Those of M among the equations with constraints, as parts of the sizes of its diagonal, in a random
+    state; if the matrix is dense, the eigenvalues of M."""
+    chance, count, parameters = np.random.default_rng(seed), system.q.count, len(system.spec.parameters)
     q, v, given = chance.uniform(0.2, 1.2, count), np.zeros(count), chance.uniform(0.5, 1.5, parameters)
     with np.errstate(all="ignore"):
         values = FamilyValues(system, 0.5, q, v, given)
         masses = values.of(saddle.masses.entries)[: len(saddle.masses.pairs)]
         if saddle.elimination is None:
-            found = eigenvalues(saddle.masses, masses)
-        else:
-            entries = np.zeros(len(saddle.pairs))
-            entries[: len(masses)] = masses
-            for (b, a), places in zip(saddle.bonds.pulls, saddle.places):
-                np.add.at(entries, places, values.node(saddle.bonds.bounds[b].slopes[a]))
-            pivots = factors_of(saddle.elimination, saddle.pairs, entries).pivots
-            found = pivots[:count] / masses[saddle.sizes[:count]]
-    if np.all(np.isfinite(found)) and np.any(np.abs(found) <= NOTHING):
-        raise Unsuited(*INCOMPLETE)
+            return eigenvalues(saddle.masses, masses)
+        entries = np.zeros(len(saddle.pairs))
+        entries[: len(masses)] = masses
+        for (b, a), places in zip(saddle.bonds.pulls, saddle.places):
+            np.add.at(entries, places, values.node(saddle.bonds.bounds[b].slopes[a]))
+        pivots = factors_of(saddle.elimination, saddle.pairs, entries).pivots
+        return np.asarray(pivots[:count] / np.abs(masses[saddle.sizes[:count]]))
+
+
+def with_pivoting(system: FamilySystem) -> FamilySystem:
+    """The system, with pivoting if M is no constant and not positive: its pivots may become 0 at states where
+    it is regular. Raises ``Unsuited`` where that is not possible."""
+    saddle = system.saddle
+    if saddle is None or not system.curved:
+        return system
+    if all(np.all(pivots_of_masses(system, saddle, seed) > 0.0) for seed in range(TRIES)):
+        return system
+    return replace(system, saddle=saddle.pivoted())
 
 
 def eigenvalues(masses: CoupledMasses, entries: Values) -> Values:

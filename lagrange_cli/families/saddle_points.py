@@ -1,11 +1,11 @@
-"""Equations for accelerations and multipliers together, where M is constant but not diagonal:
+"""Equations for accelerations and multipliers together, where M is not diagonal, or no constant:
 
     M a - A^T lambda = F,    -A a = c,
 
-with the slopes A of the constraints and the rest c of their second derivatives (first ones, of those on
-velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen, Numerical solution
-of saddle point problems, Acta Numerica 14, 2005). A constraint is eliminated behind all coordinates that it
-contains: then no pivot is 0 as long as M is positive and the constraints are independent.
+with the slopes A of the constraints, if there are any, and the rest c of their second derivatives (first
+ones, of those on velocities). The matrix is symmetric and indefinite (M. Benzi, G. H. Golub and J. Liesen,
+Numerical solution of saddle point problems, Acta Numerica 14, 2005). A constraint is eliminated behind all
+coordinates that it contains: then no pivot is 0 as long as M is positive and the constraints are independent.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from functools import cached_property
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places, distinct
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.coupled_masses import CoupledMasses
-from lagrange_cli.families.elimination import Blocks, elimination_of, in_blocks
+from lagrange_cli.families.elimination import TOGETHER, Blocks, elimination_of, in_blocks, parts_of
 from lagrange_cli.model.sparse import SparseElimination
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,8 @@ class SaddlePoint:
 
     masses: CoupledMasses
     bonds: Bonds
+    pivoting: bool = False
+    """Whether pivots are chosen in each step, as M need not be positive."""
 
     @property
     def count(self) -> int:
@@ -42,7 +45,7 @@ class SaddlePoint:
         keys = [
             (self.masses.count + bounds[b].numbers) * size + bounds[b].rows[a] for b, a in self.bonds.pulls
         ]
-        found = distinct(np.concatenate(keys))
+        found = distinct(np.concatenate([np.zeros(0, dtype=np.int64), *keys]))
         before = len(self.masses.pairs)
         return [before + np.searchsorted(found, one) for one in keys], np.stack(
             np.divmod(found, size), axis=1
@@ -75,6 +78,17 @@ class SaddlePoint:
         first = self.masses.count
         tied = [[first + i for i in group] for group in self.bonds.tied]
         return in_blocks(self.count, self.pairs, tied, first)
+
+    @property
+    def in_blocks(self) -> bool:
+        """Whether the matrix is factored in blocks."""
+        return self.pivoting or bool(self.bonds.surplus)
+
+    def pivoted(self) -> SaddlePoint:
+        """The same with pivoting. Raises ``Unsuited`` where too many unknowns meet each other."""
+        if any(len(part) > TOGETHER for part in parts_of(self.count, self.pairs)):
+            raise Unsuited
+        return replace(self, pivoting=True)
 
     @property
     def sizes(self) -> Places:

@@ -162,8 +162,10 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(["multipliers"])
     if "ledger" in compilation.outputs and worked:
         return without_outputs(["ledger"])
-    if compilation.backward and (system.moved_in_time or not system.steady_bonds):
-        return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
+    timed = system.moved_in_time or system.timed_masses
+    if compilation.backward and (timed or not system.steady_bonds):
+        what = "motion backward in time where positions or masses depend on t"
+        return WrittenOut(what, "let it go forward")
     if compilation.backward and not system.idle_bonds:
         return WrittenOut("motion backward in time where constraints do work", "let it go forward")
     acting = system.events is not None and bool(system.events.changed.size)
@@ -246,13 +248,16 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     said = ["families are not expanded: the code has a loop over the members of each"]
     turns = system.bonds is not None and bool(system.bonds.surplus)
     if system.coupled_masses is not None:
-        sparse = None if turns else (system.saddle or system.coupled_masses).elimination
+        chosen = system.saddle is not None and system.saddle.pivoting
+        sparse = None if turns or chosen else (system.saddle or system.coupled_masses).elimination
         by = f"its factor has {sparse.entries} entries" if sparse else "as a dense matrix"
-        by = "in blocks of known rank" if turns else by
+        by = "in blocks of known rank" if turns else "in blocks with pivoting" if chosen else by
         if system.saddle is None:
             said.append(f"the mass matrix contains parameters only: it is factored once per run, {by}")
+        elif system.bonds is None:
+            said.append(f"the mass matrix is factored in each step, {by}")
         else:
-            often = "once per run" if system.straight_bonds and not turns else "in each step"
+            often = "once per run" if system.lasting_matrix and not turns else "in each step"
             said.append(f"the matrix of masses and constraints is factored {often}, {by}")
     elif system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")

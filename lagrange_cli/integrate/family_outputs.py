@@ -26,12 +26,12 @@ class FamilyPlanner(Planner):
     def further(self) -> Sequence[tuple[Conserved, Any]]:
         """Conserved quantities besides h and momenta of cyclic coordinates."""
         from lagrange_cli.families.conserved.conservation import constants_of
-        from lagrange_cli.families.conserved.currents import current
+        from lagrange_cli.families.conserved.currents import elements
 
         system = self.residual.system  # type: ignore[attr-defined]
         known = {one.quantity for one in self.residual.conserved}
-        found = constants_of(system).conserved
-        return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
+        found = [one for one in constants_of(system).conserved if one.quantity not in known]
+        return [*zip(found, elements(system, [one.quantity for one in found]))]
 
     def kept_by_constraints(self) -> Sequence[tuple[Conserved, Any]]:
         """Whether constraints are integrable is looked at in smaller systems only."""

@@ -19,7 +19,7 @@ Element = tuple[Total, int]
 
 
 def of_time(system: FamilySystem) -> list[Term]:
-    """The terms of dU/dt, at moving coordinates: each term of U with t, times what U has of its sum."""
+    """The terms of -dL/dt, at moving coordinates: each term of U with t, times what U has of its sum."""
     slots, graph, root = system.slots, system.slots.graph, system.root
     alone = np.zeros(1, dtype=np.int64)
     found = [Term(root, graph.diff(system.potential, system.time), alone)]
@@ -30,7 +30,18 @@ def of_time(system: FamilySystem) -> list[Term]:
         for term in total.terms if factor.terms else ():
             node = slots.symbol(term.domain, factor, term.targets) * graph.diff(term.node, system.time)
             found.append(Term(term.domain, node, np.zeros_like(term.targets)))
+    found += of_masses(system)
     return [one for one in found if not one.node.is_zero]
+
+
+def of_masses(system: FamilySystem) -> Iterator[Term]:
+    """The terms of -dT/dt, at moving coordinates and constant velocities, where M depends on t."""
+    slots, graph = system.slots, system.slots.graph
+    for one in system.coupled_masses.curved if system.coupled_masses else ():
+        rate = graph.diff(one.node, system.time)
+        if not rate.is_zero:
+            v, w = (slots.symbol(one.domain, system.v, table) for table in (one.first, one.second))
+            yield Term(one.domain, -(rate * v * w), one.domain.together)
 
 
 def pulls_of_bonds(system: FamilySystem) -> Iterator[Term]:
@@ -119,6 +130,8 @@ class Quantities:
         """dT/dt: the power of all forces."""
         terms = [self._power(1.0, self.system.applied)] if self.system.driven else []
         terms += [self._power(-1.0, self.system.slopes), *work_of_bonds(self.system)]
+        if self.system.inertia is not None:  # v M a lacks half of v M' v, with M' = dM/dt
+            terms += [self._power(1.0, self.system.inertia), *of_masses(self.system)]
         return Total(Source.TOTAL, 1, tuple(terms)), 0
 
     def _power(self, factor: float, forces: Total) -> Term:
@@ -140,7 +153,7 @@ class Quantities:
     def torques(self) -> tuple[Element, ...]:
         """dL/dq_k + Q_k."""
         system, found = self.system, self.system.forces
-        if system.vector is not None:
+        if system.vector is not None or system.curved:
             inside = (replace(one, node=-one.node) for one in system.gradient.terms)
             found = total_of(found.count, [*inside, *system.applied.terms], system.slots.graph)
         if system.joints is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.graph import Graph
@@ -98,6 +98,24 @@ def folded(graph: Graph, node: Node) -> Node:
                 terms[square] = terms.get(square, 0.0) + terms.pop(rest)
                 del terms[one]
     return graph.sum(terms.items())
+
+
+def beside(graph: Graph, masses: Sequence[Sequence[Node]], spin: int) -> tuple[int, list[list[Node]]]:
+    """The masses M_bd - M_bs M_sd/M_ss beside the coordinate number ``spin``, and by how many terms they are
+    shorter."""
+    row, made, shorter = masses[spin], [[*own] for own in masses], 0
+    others = [b for b, _ in enumerate(row) if b != spin]
+    for b, d in ((b, d) for b in others for d in others):
+        left = masses[b][d] - row[b] * row[d] / row[spin]
+        terms = monomials(graph, left)
+        made[b][d] = left if terms is None else folded(graph, graph.sum(terms))
+        shorter += length(masses[b][d]) - length(made[b][d])
+    return shorter, made
+
+
+def length(node: Node) -> int:
+    """The number of terms."""
+    return 0 if node.is_zero else len(terms_of(node))
 
 
 def without_time(graph: Graph, node: Node, time: Node) -> Node:

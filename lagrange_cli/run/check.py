@@ -157,7 +157,10 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
         return None
     write_families(system, compilation)  # refuses what is too large
     constants = constants_of(system)
-    depending = ("L",) if spec.lagrangian is not None and not system.steady_potential else ()
+    if spec.lagrangian is None:
+        depending = ("positions",) if system.moved_in_time else ()
+    else:
+        depending = () if system.steady_potential else ("L",)
     return Mechanics(
         depending, constants.cyclic, constants.conserved, system.driven, engine(system), "Lagrange", {}
     )

@@ -136,13 +136,13 @@ def conditioning_at(
     spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
 ) -> Conditioning | None:
     """That of the masses, with the constraints below. Systems of many coordinates are not looked at, but for
-    families with a constant mass matrix."""
+    families without constraints."""
     from lagrange_cli.mechanics.conditioning import conditioning
     from lagrange_cli.model.start.equations import Equations
 
     count = len(spec.coordinates)
     if count > MOST:
-        return conditioning_of_families(spec, parameters) if count <= MOST_IN_FAMILIES else None
+        return conditioning_of_families(spec, parameters, t, state) if count <= MOST_IN_FAMILIES else None
     q, v = state[:count], state[count : 2 * count]
     try:
         equations = Equations(spec, parameters)
@@ -155,7 +155,9 @@ def conditioning_at(
     return conditioning(matrix)
 
 
-def conditioning_of_families(spec: Spec, parameters: Mapping[str, float]) -> Conditioning | None:
+def conditioning_of_families(
+    spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
+) -> Conditioning | None:
     """The same of a large system without constraints."""
     from lagrange_cli.families.system import any_family_system
     from lagrange_cli.families.values import FamilyValues
@@ -164,10 +166,11 @@ def conditioning_of_families(spec: Spec, parameters: Mapping[str, float]) -> Con
     system = any_family_system(spec)
     if system is None or system.coupled_masses is None or system.bonds is not None:
         return None
-    none = np.zeros(system.q.count)
+    count = system.q.count
+    q, v = (np.array(one) for one in (state[:count], state[count : 2 * count]))
     given = np.array([parameters[one.name] for one in spec.parameters])
-    values = FamilyValues(system, 0.0, none, none, given)
-    matrix = np.zeros((len(none), len(none)))
+    values = FamilyValues(system, t, q, v, given)
+    matrix = np.zeros((count, count))
     with np.errstate(all="ignore"):
         for j, row in enumerate(system.coupled_masses.matrix(values.of(system.coupled_masses.entries))):
             matrix[j, [*row]] = [*row.values()]

@@ -89,7 +89,7 @@ def of_families(text: str, monkeypatch: pytest.MonkeyPatch) -> tuple[tuple[str, 
 def displaced(expected: dict[str, Conserved]) -> set[str]:
     """What follows from displacements that L does not change by, as families find it: not from those with a
     constant acceleration."""
-    kinds = ("P_", "L_", "K_", "p_")
+    kinds = ("P_", "L_", "K_", "p_", "h_")
     steady = {name for name, one in expected.items() if "constant acceleration" not in one.because}
     return {name for name in steady if name[:2] in kinds or name == "h"}
 

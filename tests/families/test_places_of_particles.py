@@ -110,7 +110,8 @@ def test_systems_in_loops_move_as_with_definitions(name: str, monkeypatch: pytes
 def test_systems_in_loops_move_as_their_members_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = SYSTEMS[name]
     in_loops(monkeypatch, False)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**6)
+    for least in ("FEWEST_JOINTED", "FEWEST_CURVED"):
+        monkeypatch.setattr(systems, least, 10**6)
     written, expected = followed(text, OUTPUTS)
     in_loops(monkeypatch, True)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)

@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.chains import ChainBuilder
-from lagrange_cli.families.conserved.currents import current
+from lagrange_cli.families.conserved.currents import current, energies_of_parts
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import built, refuse_unchanging
 from lagrange_cli.families.slopes import slopes
@@ -112,11 +112,14 @@ def breaks(
     n = system.q.count
     momenta = {f"p_{name}": k for k, name in enumerate(names_of(system.spec.coordinates))}
     rows = np.array([momenta[one] for one in quantities if one in momenta], dtype=np.int64)
-    others = [one for one in quantities if one not in momenta]
+    numbers, energies = energies_of_parts(system, quantities)
+    of_parts = [one for one in quantities if one in numbers]
+    parts = np.array([numbers[one] for one in of_parts], dtype=np.int64)
+    others = [one for one in quantities if one not in momenta and one not in numbers]
     currents = [None if one == "h" else current(system, one) for one in others]
     speeds = (actions.places >= n) & (actions.places < 2 * n)
     simple = ~np.isin(actions.acting, actions.acting[~speeds])
-    if system.vector is not None or system.joints is not None:
+    if not system.straight or of_parts:
         simple[:] = False
     acting, places = actions.acting[~simple], actions.places[~simple]
     only_speeds = bool(np.all(speeds[~simple])) and system.vector is None
@@ -125,6 +128,8 @@ def breaks(
     def values(at: FamilyValues, v: Values) -> Values:
         """All quantities (quantities, states), of h what actions may change."""
         made = [at.of(system.momenta)[rows]]
+        if energies is not None:
+            made.append(at.of(energies)[parts])
         for one in currents:
             if one is not None:
                 made.append(at.of(one))
@@ -155,7 +160,7 @@ def breaks(
     which, event = np.concatenate(pairs, axis=1)
     count = len(actions.names)
     which, event = np.divmod(distinct(which * count + event), count)
-    order = [one for one in quantities if one in momenta] + others
+    order = [*(one for one in quantities if one in momenta), *of_parts, *others]
     found = np.split(event, np.searchsorted(which, np.arange(1, len(order))))
     return {name: own.tolist() for name, own in zip(order, found)}
 

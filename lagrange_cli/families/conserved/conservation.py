@@ -15,6 +15,7 @@ import numpy as np
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.conserved.breaks import Actions, actions_in, with_breaks
+from lagrange_cli.families.conserved.parts import energies_of_parts
 from lagrange_cli.families.conserved.rigid import ParticleVectors, Rigid, displacement, growing, together
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.joints.inertia import curved
@@ -126,9 +127,12 @@ class RandomState:
         """Whether U changes in the direction of a trial by the work of applied forces, if at all."""
         growth = 0.0 * self.v if trial.growth is None else trial.growth(self)
         with np.errstate(all="ignore"):
-            work = direction @ (self.applied - self.slopes) - growth @ self.vector
+            grows, sizes = -self.vector, self.vector_sizes
+            if self.system.curved:  # slopes are those of L then, and not of U
+                grows, sizes = self._pair(self.system.momenta)
+            work = direction @ (self.applied - self.slopes) + growth @ grows
             size = np.abs(direction) @ (self.applied_sizes + self.slope_sizes)
-            size += np.abs(growth) @ self.vector_sizes
+            size += np.abs(growth) @ sizes
             lost = direction @ self.vector * trial.boosts
             least = ROUNDED * (np.abs(direction) @ self.vector_sizes)
             return bool(np.abs(work) <= ROUNDED * size and np.abs(lost) <= least)
@@ -176,9 +180,11 @@ def constants_of(system: FamilySystem, actions: Actions | None = None) -> Conser
         found = [kept_momentum(names[k], constrained=constrained) for k in np.flatnonzero(kept).tolist()]
         idle_power = all(one.idles(one.v) for one in states)
         if system.steady_potential and system.idle_bonds and idle_power:
-            fixed = "positions" if system.spec.lagrangian is None and system.vector is None else ""
+            plain = system.spec.lagrangian is None and system.vector is None
+            fixed = "positions" if plain and not system.moved_in_time else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)
+        found += energies_of_parts(system, states, kept)
         found = [*with_breaks(system, states, found, actions or actions_in(system))]
     return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
 
@@ -255,6 +261,7 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
     axes = range(max(counts.values()))
     everything, spins = ("everything", " + spins") if system.bodies else ("all particles", "")
     field = system.vector is not None
+    growing = rigid is not None and (field or system.curved)
     for axis in axes:
         name = COMPONENTS[axis]
         how = f"moving {everything} along {name}"
@@ -272,7 +279,7 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
                 yield Trial(
                     f"L_{name}", f"sum of {x}*{w} - {y}*{u}{spins}", f"turning {everything} about {about}",
                     partial(moved, quantity=f"L_{name}", rigid=rigid),
-                    growth=partial(grown, quantity=f"L_{name}", rigid=rigid) if field and rigid else None,
+                    growth=partial(grown, quantity=f"L_{name}", rigid=rigid) if rigid and growing else None,
                 )  # fmt: skip
     for axis in axes if len(system.spec.embedding) > 1 else ():
         name = COMPONENTS[axis]

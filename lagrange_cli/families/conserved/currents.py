@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,11 +10,35 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.families.arrays import Array, Domain, Term, Total, total_of
+from lagrange_cli.families.conserved.parts import parts_of
 from lagrange_cli.families.conserved.rigid import Rigid
 from lagrange_cli.families.description import Component, FamilySystem
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
+
+OF_PART = "h_"
+"""What the names of energies of parts begin with."""
+
+
+def elements(system: FamilySystem, quantities: Sequence[str]) -> list[tuple[Total, int]]:
+    """Where each of the conserved ``quantities`` is: in a total, and at which place."""
+    numbers, energies = energies_of_parts(system, quantities)
+    return [
+        (energies, numbers[one]) if energies is not None and one in numbers else (current(system, one), 0)
+        for one in quantities
+    ]
+
+
+def energies_of_parts(
+    system: FamilySystem, quantities: Sequence[str]
+) -> tuple[Mapping[str, int], Total | None]:
+    """The energies of parts, and the number of each by its name, if any of these is asked for."""
+    parts = parts_of(system) if any(one.startswith(OF_PART) for one in quantities) else None
+    if parts is None:
+        return {}, None
+    names = names_of(system.spec.coordinates)
+    return {f"{OF_PART}{names[i]}": k for k, i in enumerate(parts.first.tolist())}, parts.energies
 
 
 def current(system: FamilySystem, quantity: str) -> Total:

@@ -197,9 +197,10 @@ def pushed(events: Events, bound: Bonds, n: int, joints: Articulation | None = N
     return found
 
 
-def refuse_masses(builder: FamilyBuilder, events: Events, masses: Total) -> None:
-    """Raise ``Unsuited`` where actions set what masses depend on."""
+def refuse_masses(builder: FamilyBuilder, events: Events, masses: Total, *, first: int = 0) -> None:
+    """Raise ``Unsuited`` where actions set what masses depend on, from the ``first`` place of a state on."""
     places, of_masses = events.changed[1], Reading(builder, masses)
+    places = places[places >= first]
     if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
         raise Unsuited
 
@@ -257,14 +258,14 @@ def with_coupled_masses(
 ) -> Events:
     """The same where M is not diagonal.
 
-    Raises ``Unsuited`` for actions that change masses, and for impacts that reduce the speed: the forces of
-    contact there are those of all members.
+    Raises ``Unsuited`` for actions that set parameters of masses, and for impacts that reduce the speed: the
+    forces of contact there are those of all members.
     """
     if not events.changed.size:
         return events
     n, (_, places) = builder.q.count, events.changed
     read = Reading(builder, events.arguments)
-    refuse_masses(builder, events, masses.entries)
+    refuse_masses(builder, events, masses.entries, first=2 * n if masses.curved else 0)
     slowing = slowing_in(events, read, EventStates(builder, events), n)
     if slowing is not None and len(slowing):
         raise Unsuited

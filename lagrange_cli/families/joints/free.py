@@ -8,10 +8,10 @@ place of the masses' accelerations the equations of motion do not, either (H. Go
 
 from __future__ import annotations
 
-from lagrange_cli.expression.node import Node, terms_of, union
+from lagrange_cli.expression.node import union
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints.joints import FreeEnergy, Joints
-from lagrange_cli.mechanics.multiplied_out import folded, halved_squares, monomials
+from lagrange_cli.mechanics.multiplied_out import beside, halved_squares
 from lagrange_cli.records import replace
 
 
@@ -44,20 +44,8 @@ def with_spin(builder: FamilyBuilder, joints: Joints) -> Joints:
     for spin, (coordinate, row) in enumerate(zip(joints.coordinates, free.masses)):
         if turned & coordinate.symbols or row[spin].is_zero or row[spin].symbols & moving:
             continue
-        others = [b for b, _ in enumerate(row) if b != spin]
-        masses = [[*own] for own in free.masses]
-        shorter = 0
-        for b, d in ((b, d) for b in others for d in others):
-            left = masses[b][d] - row[b] * row[d] / row[spin]
-            terms = monomials(graph, left)
-            masses[b][d] = left if terms is None else folded(graph, graph.sum(terms))
-            shorter += length(free.masses[b][d]) - length(masses[b][d])
+        shorter, masses = beside(graph, free.masses, spin)
         if shorter > best:
-            beside = tuple(map(tuple, masses))
-            best, found = shorter, replace(joints, free=replace(free, spin=spin, beside=beside))
+            alone = tuple(map(tuple, masses))
+            best, found = shorter, replace(joints, free=replace(free, spin=spin, beside=alone))
     return found
-
-
-def length(node: Node) -> int:
-    """The number of terms."""
-    return 0 if node.is_zero else len(terms_of(node))

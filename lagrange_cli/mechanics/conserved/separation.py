@@ -26,9 +26,14 @@ MOST_NAMES = 3
 def parts(found: Found) -> None:
     """Energies of parts of the system."""
     for names, node in separate_energies(found.model, found.names):
-        listed = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
-        because = f"no other coordinate is in the same terms of L as {listed}, nor is t"
-        found.store(Conserved(f"h_{names[0]}", f"the part of h with {listed}", because), node)
+        found.store(energy_of_part(names), node)
+
+
+def energy_of_part(names: Sequence[str]) -> Conserved:
+    """The energy of the part with these coordinates."""
+    listed = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
+    because = f"no other coordinate is in the same terms of L as {listed}, nor is t"
+    return Conserved(f"h_{names[0]}", f"the part of h with {listed}", because)
 
 
 def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tuple[list[str], Node]]:

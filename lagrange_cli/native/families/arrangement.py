@@ -113,7 +113,7 @@ class Arrangement(Scratch):
         if isinstance(self.contact, Coupled):
             self.lasting.changed[self.contact.bonds.multipliers] = self.contact.bonds.multipliers
         self.factors = factors_of(system, self.lasting, self.tables)
-        """Those of M, or of the matrix with constraints, where M is not diagonal."""
+        """Those of M, or of the matrix with constraints, where M is not diagonal and they last."""
         self.motion: AlongMotion | None = None
         self.closure: Closure | None = None
         self.balance = self.sticking = self.touch = None
@@ -131,7 +131,7 @@ class Arrangement(Scratch):
             self.balance = Balance(system, self.lasting.arranged)
         elif isinstance(self.contact, Coupled):
             self.motion = ContactRestraint(system, self.lasting)
-        elif system.bonds is not None:
+        elif system.bonds is not None or system.saddle is not None:
             self.motion = along_motion(system, self.lasting)
         elif self.modes is not None and self.modes.sticking is not None:
             self.sticking = Sticking(system, self.lasting)
@@ -208,8 +208,9 @@ class Arrangement(Scratch):
         everyone = system.everyone
         force, mass = (self.slots.own(everyone, one) for one in (self.forces, self.lasting.masses))
         self.rates = total_of(self.degrees, [Term(everyone, force / mass, everyone.every)], self.graph)
-        self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
-        """M and 1/M, where M is diagonal."""
+        varied = self.balance is not None or system.curved
+        self.diagonal = () if varied else (self.lasting.masses, self.lasting.inverses)
+        """M and 1/M, where M is diagonal, or the diagonal of a constant one."""
         self.rounded, self.held = None, None
         """The rounding errors of forces that may cancel at rest, and what gives the multipliers in them."""
         if stepping and self.diagonal:
@@ -284,8 +285,9 @@ class Arrangement(Scratch):
             return self.factors.tabled
         solved = self.sticking or self.closure
         bonds = self.system.bonds if solved is None else solved.bonds
-        assert bonds is not None
-        return tables_of(self.system.saddle or bonds, self.tables)
+        equations = self.system.saddle or bonds
+        assert equations is not None
+        return tables_of(equations, self.tables)
 
     @cached_property
     def tabled_in_motion(self) -> SolvingTables:

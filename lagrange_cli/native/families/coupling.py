@@ -46,7 +46,7 @@ def of_families(system: FamilySystem) -> Coupling:
     """The coupling of a system of families."""
     count = system.q.count
     totals, joints, bonds = needed([system.forces], system.slots), system.joints, system.bonds
-    grouped = bonds is not None or joints is not None
+    grouped = bonds is not None or joints is not None or system.curved
     chained = bonds is not None and any(one.holds for one in bonds.bounds)
     if chained or (joints is not None and joints.count):
         return full(count)
@@ -89,14 +89,18 @@ def of_groups(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tu
     label = groups(system)
     every = np.arange(count)
     found = [label[rows] * count + columns, label * count + every]
-    for one in system.bonds.bounds if system.bonds else ():
+    for bound in system.bonds.bounds if system.bonds else ():
         owner = np.full(system.bonds.count if system.bonds else 0, count)
-        for held in one.rows:
-            owner[one.numbers] = label[held]
-        for node in (one.node, *one.slopes):
+        for held in bound.rows:
+            owner[bound.numbers] = label[held]
+        for node in (bound.node, *bound.slopes):
             for _, slot in system.slots.inside(node):
                 if slot.array.source in (Source.COORDINATES, Source.VELOCITIES):
-                    found.append(owner[one.numbers] * count + slot.table)
+                    found.append(owner[bound.numbers] * count + slot.table)
+    for one in system.coupled_masses.curved if system.coupled_masses else ():
+        for _, slot in system.slots.inside(one.node):
+            if slot.array.source is Source.COORDINATES:
+                found += [label[rows] * count + slot.table for rows in (one.first, one.second)]
     keys = distinct(np.concatenate(found))
     order = np.argsort(label, kind="stable")
     starts = np.searchsorted(label[order], every)

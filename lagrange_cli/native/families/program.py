@@ -196,7 +196,7 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
     def coupling_of_steps(self) -> Coupling:
         """Which rates depend on which coordinates; if M is banded, which forces do."""
         found = of_families(self.system)
-        if self.system.coupled_masses is None or self.system.bonds is not None or found.band.full:
+        if self.factors is None or self.system.bonds is not None or found.band.full:
             return found
         from lagrange_cli.native.families.banded_masses import BandedMasses
 

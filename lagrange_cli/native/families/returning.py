@@ -65,6 +65,7 @@ class Returning(AtRest):
         arrays |= self.arrays(vectors, base, listed)
         if isinstance(moves, MovesTogether):
             arrays[moves.multipliers] = vectors.place(arrays[moves.moved], self.degrees)
+            arrays |= {back: arrays[one] for one, back in moves.backs.items()}
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         lower = {array: f.place(place, layout.width, "double") for array, place in state.items()}

@@ -8,6 +8,7 @@ from lagrange_cli.families.arrays import Array, Source
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constraints.equations import Pulled
 from lagrange_cli.native.families.constraints.restraint import AtAState
+from lagrange_cli.native.families.constraints.together import TogetherAtAState
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import Numbers, Vectors
@@ -73,4 +74,5 @@ class Scratch:
             return {}
         solution = self.taken(vectors, base, room(pulled.solution.count))
         places = solution, solution, vectors.place(solution, self.degrees)
-        return dict(zip((pulled.solution, *pulled.found), places))
+        backs = pulled.backs.values() if isinstance(pulled, TogetherAtAState) else ()
+        return {**dict(zip((pulled.solution, *pulled.found), places)), **dict.fromkeys(backs, solution)}

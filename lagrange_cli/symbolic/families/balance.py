@@ -20,14 +20,20 @@ from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.sums import gathered
 from lagrange_cli.symbolic.from_graph import number
 from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Loops, Summed
 
 
 def balance(
-    given: Given, lagrangian: sympy.Expr, momenta: Sequence[Line], forces: Sequence[Line], drawn: sympy.Expr
+    given: Given,
+    lagrangian: sympy.Expr,
+    momenta: Sequence[Line],
+    forces: Sequence[Line],
+    drawn: sympy.Expr,
+    h: sympy.Expr,
 ) -> tuple[list[Conserved], list[Changing]]:
     """The conserved quantities with reasons, and those that are not conserved; ``drawn`` is the power of the
-    forces of constraint."""
+    forces of constraint, and ``h`` the energy function."""
     constants = constants_of(given.system, actions_of(given.spec))
     bound, drawn = given.spec.constrained, tidy(drawn, given.order)
     kept = [each for each in constants.conserved if each.quantity == "h" or not bound]
@@ -37,7 +43,8 @@ def balance(
     if "h" in names and drawn == 0:
         because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, bound)
         plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
-        because += plain if given.spec.lagrangian is None and given.system.vector is None else ""
+        straight = given.system.vector is None and not given.system.moved_in_time
+        because += plain if given.spec.lagrangian is None and straight else ""
         conserved.append(between(Conserved("h", sympy.S.Zero, because), names["h"]))
     else:
         reasons = [] if given.system.steady_potential else ["`L` contains `t` explicitly"]
@@ -57,7 +64,48 @@ def balance(
         if each.quantity in texts:
             expression = gathered(given.neat(texts[each.quantity]), given.order)
             conserved.append(Conserved(each.quantity, expression, each.because, each.breaks))
+    conserved += of_parts(given, names, momenta, h)
     return conserved, changing
+
+
+def of_parts(
+    given: Given, names: Mapping[str, Sequence[str]], momenta: Sequence[Line], h: sympy.Expr
+) -> Iterator[Conserved]:
+    """The energies of parts, one for a family each of whose members is in a part of its own, if h is a sum
+    over these."""
+    found = summand(given, h)
+    if found is None:
+        return
+    loop, energy = found
+    for family in given.builder.coordinates:
+        kept = [f"h_{name}" for name in family.members if f"h_{name}" in names]
+        own = [one for one in momenta if one.family is family]
+        if len(kept) < len(family.members) or len(own) > 1 or own[0].loops != (loop,):
+            continue
+        every = tuple(dict.fromkeys(event for name in kept for event in names[name]))
+        because = f"no other member is in the same terms of `L` as `{own[0].name()}`, nor is `t`"
+        yield between(Conserved(own[0].name("h_"), energy, because), every)
+
+
+def summand(given: Given, h: sympy.Expr) -> tuple[Loop, sympy.Expr] | None:
+    """What the members of one loop have of an energy that is a sum over these, none of which contains
+    coordinates of another; None where it is of another kind."""
+    loops, parts = set[Loop](), []
+    coordinates = {one.name for one in given.builder.coordinates}
+    coordinates |= {velocity_name(name) for name in coordinates}
+    for term in sympy.Add.make_args(h):
+        factors = sympy.Mul.make_args(term)
+        sums = [one for one in factors if isinstance(one, Summed)]
+        if len(sums) != 1 or len(sums[0].loops) != 1 or sums[0].body.atoms(Loops):
+            return None
+        loop, own = sums[0].loops[0], sympy.Mul(*(sums[0].body if one is sums[0] else one for one in factors))
+        loops.add(loop)
+        parts.append(own)
+        for symbol in own.free_symbols:
+            name, bracket, _ = symbol.name.partition("[")
+            if name in coordinates and symbol.name != f"{name}{bracket}{loop.index}]":
+                return None
+    return (loops.pop(), sympy.Add(*parts)) if len(loops) == 1 else None
 
 
 def between(each: Conserved, breaks: Sequence[str]) -> Conserved:

@@ -115,13 +115,13 @@ class _Deriver(Dynamics):
         bound = [one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints]
         written = [one.expression for one in (*momenta, *forces, *bound, *(line for line, _ in equations))]
         drawn = -self.with_multipliers((one, self.drift(one.expression, own)) for one, own in constraints)
-        conserved, changing = balance(self, lagrangian, momenta, forces, drawn)
         if kinetic is None:
             h = self.energy(lagrangian if self.system.vector is None else self.even(lagrangian))
         else:
             at_rest = potential if self.system.vector is None else self.at_rest(potential)
             h = self.kinetic(moving=True) + at_rest
         h = self.neat(h)
+        conserved, changing = balance(self, lagrangian, momenta, forces, drawn, h)
         found = FamilyEquations(
             name=spec.name,
             degrees_of_freedom=spec.degrees_of_freedom,

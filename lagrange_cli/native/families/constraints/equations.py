@@ -50,7 +50,7 @@ def at_a_state(system: FamilySystem, lasting: Lasting) -> Pulled | None:
 def tables_of(equations: Bonds | SaddlePoint, tables: Tables) -> SolvingTables:
     """How they are solved."""
     bonds = equations if isinstance(equations, Bonds) else equations.bonds
-    if bonds.surplus:
+    if bonds.surplus or (isinstance(equations, SaddlePoint) and equations.in_blocks):
         first = equations.count - bonds.count
         surplus = {first + i for i in bonds.surplus}
         return DependentTables(equations.count, equations.blocks, first, surplus, tables)

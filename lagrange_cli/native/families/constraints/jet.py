@@ -75,7 +75,7 @@ class ConstrainedJet(CorrectedJet):
     def force(self, evaluation: Evaluation, k: Index, phase: int | None) -> None:
         """Coefficients k of multipliers and of accelerations, and what series have of them."""
         motion, first = self.motion, isinstance(k, int) and k == 0
-        given = [motion.rest, *(one for some in motion.slopes for one in some if first)]
+        given = [motion.rest, *(motion.columns_at_first if first else ())]
         evaluation.clear(added(given, [series.loop for series, _ in self.members]))
         self.evaluate(k, phase)
         if first:

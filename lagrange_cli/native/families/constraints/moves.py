@@ -126,6 +126,7 @@ class MovesTogether(Offsets, Together):
         self.speeds = Array(Source.TOTAL, self.saddle.count)
         later = {b: self.later(b) for b in numbers}
         self.right_speeds = self.whole(self.kicks, later, more=self.off_speeds)
+        self.backs[self.speeds] = self.back(self.speeds)
 
     def own_columns(self) -> Sequence[Sequence[Array]]:
         if not self.lasts:
@@ -136,6 +137,7 @@ class MovesTogether(Offsets, Together):
     def arrays(self) -> Sequence[Array]:
         return [
             *super().arrays,
+            *self.before,
             self.square,
             self.right,
             self.moved,
@@ -151,3 +153,4 @@ class MovesTogether(Offsets, Together):
                 evaluation.write([self.kicks])
             evaluation.write([right])
             solve(saddle, evaluation.where(right), evaluation.where(found))
+            self.spin(evaluation, found)

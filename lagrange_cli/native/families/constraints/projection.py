@@ -121,6 +121,7 @@ class Projection:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
         at, where = places_of(self.layout), evaluation.where
         if self.factors is None:
+            evaluation.write(moves.before if isinstance(moves, MovesTogether) else ())
             evaluation.write([moves.square])
         saddle, regular = factored(moves, evaluation, self.tabled, self.factors, self.scratch)
         with f.when(regular):

@@ -251,11 +251,23 @@ class AlongMotion(Restraint):
         return rates
 
     @property
+    def columns_at_first(self) -> Sequence[Array]:
+        """What is computed at order 0 alone, for the matrix of the equations."""
+        return [one for some in self.slopes for one in some]
+
+    @property
     def arrays(self) -> Sequence[Array]:
         """All that are computed, besides the rates."""
-        slopes = [one for some in self.slopes for one in some]
         own = [] if self.final is self.rates else [self.final]
-        return [self.rest, *slopes, self.square, self.free, *self.sides, self.multipliers, *own]
+        return [
+            self.rest,
+            *self.columns_at_first,
+            self.square,
+            self.free,
+            *self.sides,
+            self.multipliers,
+            *own,
+        ]
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""

@@ -1,5 +1,5 @@
-"""``@jet`` of systems with constraints whose M is constant but not diagonal, and the same at a state (see
-``together``)."""
+"""``@jet`` of systems with constraints whose M is not diagonal, and of those whose M is no constant, and the
+same at a state (see ``together``)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from lagrange_cli.native.families.constraints.dense import SolvingTables
 from lagrange_cli.native.families.constraints.equations import Pulled
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet, Saddle, saddle_of, solve
 from lagrange_cli.native.families.constraints.restraint import AtAState, Restraint
-from lagrange_cli.native.families.constraints.together import FreeAtAState, TogetherAlongMotion
+from lagrange_cli.native.families.constraints.together import (
+    FreeAtAState,
+    TogetherAlongMotion,
+    TogetherAtAState,
+)
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.llvm.vector import Bit, Pointer
@@ -31,6 +35,7 @@ class TogetherJet(ConstrainedJet):
         self.factors = factors
 
     def place_rates(self) -> None:
+        self.planes.update({back: self.planes[one] for one, back in self.motion.backs.items()})
         self.planes[self.motion.multipliers] = self.planes[self.motion.solution][0] + self.degrees, 0
 
     def place_saddle(self) -> None:
@@ -46,9 +51,13 @@ class TogetherJet(ConstrainedJet):
         else:
             self.sound.set(self.factors.regular(self.vectors, self.at(self.factors.array, 0)))
 
+    def regular(self) -> Bit:
+        return self.sound.get() if self.system.curved else super().regular()
+
     def find(self, evaluation: Evaluation) -> None:
         evaluation.write([self.motion.right])
         solve(self.saddle, self.at(self.motion.right, 0), self.at(self.motion.solution, 0))
+        self.motion.spin(evaluation, self.motion.solution)
 
 
 def factored(
@@ -85,3 +94,5 @@ def solved_at_a_state(
     else:
         saddle, _ = factored(restraint, evaluation, tabled, factors, scratch)
     solve(saddle, evaluation.where(restraint.right), evaluation.where(to))
+    if isinstance(restraint, TogetherAtAState):
+        restraint.spin(evaluation, restraint.solution)
