@@ -19,6 +19,7 @@ from collections.abc import Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.guard import Guard
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
 from lagrange_cli.mechanics.guards.vectors import constrained
 from lagrange_cli.mechanics.matrices import matrix_of
@@ -86,15 +87,25 @@ def held_by_multipliers(
 
 def determined(modes: Modes, residual: Residual) -> Sequence[Node]:
     """The equations, where they determine all multipliers: what holds a vector holds its constraints, too.
-    While it does, these say instead that the force is along a velocity that they allow."""
+    While it does, these say instead that the force is along a velocity they allow (see ``held_back``)."""
     graph, rows = modes.graph, [*residual.residual]
     for guard in modes.guards.values():
-        if guard.vector is not None and guard.holding:
-            for j, factors in constrained(residual, guard.vector):
-                forces = zip(factors, (modes.multipliers[i] for i in guard.holding))
-                along = graph.sum([(b * force, 1.0) for b, force in forces])
-                rows[j] = rows[j] + three_ways(graph, guard.holds(graph), graph.zero, graph.zero, along)
+        for j, force, _ in held_back(modes, residual, guard):
+            rows[j] = rows[j] + three_ways(graph, guard.holds(graph), graph.zero, graph.zero, -force)
     return rows
+
+
+def held_back(modes: Modes, residual: Residual, guard: Guard) -> list[tuple[int, Node, bool]]:
+    """The constraints on velocities that are some on a vector alone: the numbers of their equations, the part
+    of the force against them, and whether they are driven. Such a part is 0 while the vector can be held: not
+    where a constraint that is driven moves it on."""
+    if guard.vector is None or not guard.holding:
+        return []
+    multipliers = [modes.multipliers[i] for i in guard.holding]
+    return [
+        (j, modes.graph.sum([(b * force, 1.0) for b, force in zip(factors, multipliers)]), driven)
+        for j, factors, driven in constrained(residual, guard.vector)
+    ]
 
 
 def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:
