@@ -179,17 +179,20 @@ class Sliding(Drag):
         rest[np.bincount(alike)[alike] > 1] = 0.0
 
     def _stop_at(self, j: int) -> None:
-        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
-        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
-        u''."""
-        found = []
+        """Take away the velocity with which the motion passes u = 0 ever more often, or which is rounding
+        beside the accelerations there, along the direction in which the force jumps: v - a' u'/u'', where a'
+        and u'' are the jumps of the accelerations and of u''."""
+        own, found = float(self.modes[j]), []
         for mode in (1.0, -1.0):
             self.modes[j] = mode
             accelerations = self._series()[: self._layout.degrees]
             found.append((accelerations, self._coefficients(self._rows.first + j)))
+        self.modes[j] = own
         (first, u), (second, other) = found
         jump = 2.0 * (u[2] - other[2])
-        if u[1] == other[1] and jump != 0.0:
+        often = self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes
+        slow = abs(u[1]) <= ROUNDING * max(np.max(np.abs(one)) for one, _ in found)
+        if u[1] == other[1] and jump != 0.0 and (often or slow):
             self._take_away((first - second) * (u[1] / jump), exactly=True)
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
