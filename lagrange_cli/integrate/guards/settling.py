@@ -68,6 +68,8 @@ class Settling(Creeping):
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:
             self.prepare()
+        self._series()
+        self.undetermined = self._shares_unknown()
 
     def resume(self) -> None:
         """Go on with the modes that are in the memory."""

@@ -95,8 +95,7 @@ class Sliding(Drag):
         if reached:
             self._move_to_limit(j)
         beyond = self._beyond()
-        several = sum(self.modes[k] == 0.0 for k in vectors) > 1
-        self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
+        self.undetermined = self._shares_unknown()
         loose = {j: 1.0} if reached else {}
         loose |= {k: 1.0 for k in beyond if k in vectors}
         found = not loose or self._slide(loose, beyond)
@@ -104,6 +103,11 @@ class Sliding(Drag):
             self.memory[:] = before
         self.prepare()
         return found
+
+    def _shares_unknown(self) -> bool:
+        """Whether vectors are held by forces of which nothing but the sum is known."""
+        several = sum(self.modes[k] == 0.0 for k in self.vectors()) > 1
+        return several and not np.all(np.isfinite(self._rates_of_rows()))
 
     def _sizes(self, vectors: Sequence[int]) -> Array:
         """The largest part of each vector."""
