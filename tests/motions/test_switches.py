@@ -333,3 +333,5 @@ generalized_forces: {{s: -{force}*sign(s_dot)}}
     assert np.any(rests) and np.any(np.abs(motion["v/s"][~rests]) > 0)
     assert np.max(np.abs(motion["q/s"][rests])) < 1e-15
     assert np.all(motion["v/s"][rests] == 0)
+    held = follow(text, 1, 3, outputs=("q", "reactions"), sets={"s": 0})
+    assert np.all(held["reactions/block"] == 0)  # the sum of both forces is known, not what each of them is

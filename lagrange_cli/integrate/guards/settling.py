@@ -69,7 +69,7 @@ class Settling(Creeping):
         else:
             self.prepare()
         self._series()
-        self.undetermined = self._shares_unknown()
+        self.undetermined = not np.all(np.isfinite(self._rates_of_rows())) and self._shares_unknown()
 
     def resume(self) -> None:
         """Go on with the modes that are in the memory."""

@@ -37,7 +37,8 @@ class Sliding(Drag):
     end = np.inf
     """The time at which the motion ends, which no way goes beyond."""
     undetermined = False
-    """Whether several forces have held the motion last, whose sum alone follows from the equations."""
+    """Whether several forces hold the motion, whose sum alone follows from the equations, so that it is not
+    found how it goes on."""
 
     def vectors(self) -> list[int]:
         """The guards of lengths of vectors that friction may hold."""
@@ -95,19 +96,22 @@ class Sliding(Drag):
         if reached:
             self._move_to_limit(j)
         beyond = self._beyond()
-        self.undetermined = self._shares_unknown()
         loose = {j: 1.0} if reached else {}
         loose |= {k: 1.0 for k in beyond if k in vectors}
         found = not loose or self._slide(loose, beyond)
         if not found:
+            self.undetermined = self._shares_unknown()
             self.memory[:] = before
         self.prepare()
         return found
 
     def _shares_unknown(self) -> bool:
         """Whether vectors are held by forces of which nothing but the sum is known."""
-        several = sum(self.modes[k] == 0.0 for k in self.vectors()) > 1
-        return several and not np.all(np.isfinite(self._rates_of_rows()))
+        held = [k for k in self.vectors() if self.modes[k] == 0.0]
+        if len(held) < 2 or self._apart:
+            return False
+        slopes = self._slopes_of_parts(*held)
+        return not np.all(np.isfinite(slopes)) or int(np.linalg.matrix_rank(slopes)) < len(slopes)
 
     def _sizes(self, vectors: Sequence[int]) -> Array:
         """The largest part of each vector."""
