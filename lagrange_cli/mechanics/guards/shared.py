@@ -1,5 +1,6 @@
 """Forces that hold the same motion, as friction of two pucks on a table and on each other does: if all of
-them hold, only their sum follows from the equations. While they do, their multipliers m are those of least norm.
+them hold, only their sum follows from the equations. While they do, their multipliers m are those of least
+norm.
 
 Let the velocity u that one of them holds be sum_i a_i u_i of those that others hold. Then m may change by any
 d if m_i change by -a_i d, and m - sum_i a_i m_i = 0 is the condition for the least norm."""
