@@ -21,7 +21,6 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.guards.guard import Guard
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
-from lagrange_cli.mechanics.guards.shared import dependent
 from lagrange_cli.mechanics.guards.vectors import constrained
 from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Residual
@@ -110,6 +109,8 @@ def shared(modes: Modes, residual: Residual, holding: Mapping[int, Node]) -> dic
     ``guards.shared``)."""
     if len(holding) < 2:
         return {}
+    from lagrange_cli.mechanics.guards.shared import dependent
+
     graph, model, places = modes.graph, residual.model, numbered(residual.model.q)
 
     def speed(u: Node) -> Node:
