@@ -23,6 +23,19 @@ potential: {potential}
 NORMALS = {"constant": "1", "of the force of constraint": "abs(rail.multiplier + 1)"}
 METHODS = {"taylor": 1e-12, "ias15": 1e-12, "DOP853": 1e-7, "Radau": 1e-6}
 
+RELEASED = """
+coordinates:
+  x: {initial: 0.623 + 0.868*sin(0.947), velocity: -0.45*cos(0.947)}
+  y: {initial: -0.289 - 0.868*cos(0.947), velocity: -0.45*sin(0.947)}
+  u: {initial: -0.434 - 0.564*sin(1.399)}
+  v: {initial: -0.466 - 0.564*cos(1.399)}
+masses: {a: 0.903, b: 1.891}
+embedding: {a: [x, y], b: [u, v]}
+potential: 45*max(0, sqrt(dot(b - a, b - a) + 0.01) - 0.33)**2/2
+forces: {b: -0.085*abs(rod.multiplier)*(b.vx, b.vy)/norm((b.vx, b.vy))}
+constraints: {other: "(x - 0.623)**2 + (y + 0.289)**2 - 0.868**2", rod: "norm(b - (-0.434, -0.466)) - 0.564"}
+"""
+
 
 def solved(text: str, method: str, stop: float) -> lagrange.Motion:
     with warnings.catch_warnings():
@@ -66,3 +79,12 @@ def test_what_is_driven_rests_for_a_time(method: str) -> None:
     rests = (motion.t > 1.7) & (motion.t < 2)
     assert np.ptp(motion.q["y"][rests]) == 0.0 and np.all(motion.v["y"][rests] == 0.0)
     assert motion.q["x"][-1] == pytest.approx(1.6, abs=METHODS[method])
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", METHODS)
+def test_a_bob_that_rubs_by_the_force_of_its_rod_is_released(method: str) -> None:
+    """From rest, where friction cannot hold it: with ``Radau``, no motion began."""
+    motion, exact = solved(RELEASED, method, 0.5), solved(RELEASED, "taylor", 0.5)
+    for name in ("u", "v"):
+        assert np.max(np.abs(motion.q[name] - exact.q[name])) < METHODS[method]

@@ -52,6 +52,9 @@ class Sliding(Drag):
         due = (u <= self._rounding_of_speeds) | ((rate < 0.0) & (u > 0.0) & (u <= -rate * soon))
         for j in np.array(vectors)[due & (self.modes[vectors] != 0.0)].tolist():
             return self.slide_or_hold(j)
+        beyond = self._beyond()  # where a motion begins, steps on rates may not tell
+        for j in (one for one in vectors if one in beyond):
+            return self.slide_or_hold(j)
         return self.turns()
 
     def _lengths(self, vectors: Sequence[int]) -> Array:
