@@ -319,11 +319,47 @@ def test_a_block_in_a_groove_is_held_by_both_sides() -> None:
 
 
 @pytest.mark.exhaustive(keep=0.3)
-def test_shares_of_friction_that_do_not_follow_end_the_motion() -> None:
+def test_a_block_rests_by_shares_of_friction_that_do_not_follow() -> None:
+    """The sum of 0.4 times 8 and 0.2 times 5 slows it down."""
     floor = "0.4*floor.multiplier*along_floor/norm(along_floor)"
     wall = "0.2*wall.multiplier*along_wall/norm(along_wall)"
     motion = follow(GROOVE + f'forces: {{block: "-{floor} - {wall}"}}', 1, 5)
-    assert motion.outcome.ending is Ending.UNDETERMINED
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][-1] == pytest.approx(0.5 / 4.2, abs=1e-15)
+    assert motion["v/x"][-1] == 0
+
+
+PUCKS = """
+parameters: {angle: 0.3, speed: 0, push: 0, rate: 0}
+coordinates:
+  ax: {initial: 0, velocity: speed*cos(angle)}
+  ay: {initial: 0, velocity: speed*sin(angle)}
+  bx: {initial: 0}
+  by: {initial: 0}
+masses: {a: 1, b: 1.5}
+embedding: {a: [ax, ay], b: [bx, by]}
+definitions: {u: "(ax_dot - bx_dot, ay_dot - by_dot)", v: "(ax_dot, ay_dot)", w: "(bx_dot, by_dot)"}
+forces:
+  a: -0.5*v/norm(v) - 0.3*u/norm(u) + (push + rate*t)*(cos(angle), sin(angle))
+  b: -0.6*w/norm(w) + 0.3*u/norm(u)
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+def test_pucks_that_rub_on_a_table_and_on_each_other(method: str) -> None:
+    """All three forces hold: a circle of velocities. The motion ended where it began."""
+    given = {"method": method, "tolerance": 1e-10 if method == "DOP853" else 2.0**-52}
+    still = follow(PUCKS, 3, 7, sets={"push": 0.1}, **given)  # type: ignore[arg-type]
+    stops = follow(PUCKS, 3, 7, sets={"speed": 1}, **given)  # type: ignore[arg-type]
+    slides = follow(PUCKS, 3, 7, sets={"push": 1.2}, **given)  # type: ignore[arg-type]
+    for motion, along in ((still, 0.0), (stops, 0.5 / 0.8), (slides, 0.4 / 2 * 9)):
+        assert motion.outcome.ending is Ending.COMPLETE
+        assert motion["q/ax"][-1] == pytest.approx(along * np.cos(0.3), abs=1e-9)
+        assert motion["q/ay"][-1] == pytest.approx(along * np.sin(0.3), abs=1e-9)
+        assert np.all(motion["q/bx"] == 0) and np.all(motion["q/by"] == 0)
+    stuck = follow(PUCKS, 3, 7, sets={"rate": 2}, **given)  # type: ignore[arg-type]
+    assert stuck.outcome.ending is Ending.UNDETERMINED and 0.3 < stuck.outcome.t < 0.4
 
 
 FALLING = """

@@ -309,3 +309,29 @@ events: {hit: {when: x, direction: falling, action: {set: {x_dot: -e*x_dot}}}}
     fall = math.sqrt(0.6)
     flights = [fall, *(2.0 * fall * 0.5**k for k in range(1, 60))]
     assert motion["v/y"] == pytest.approx(np.minimum(motion.t, sum(flights)), abs=1e-7)
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("force", [0.5, 1.4])
+def test_dry_friction_lets_a_kink_hold(method: str, force: float) -> None:
+    """The motion crosses the kink ever more often, at velocities that each crossing reduces by the same part;
+    then the kink holds it, as friction alone could not. It ended with steps that were too short."""
+    text = f"""
+coordinates: {{s: {{initial: 0.05}}}}
+masses: {{block: 1}}
+embedding: {{block: [s]}}
+potential: 2*abs(s)
+generalized_forces: {{s: -{force}*sign(s_dot)}}
+"""
+    tolerance = {"DOP853": 1e-10, "Radau": 1e-9}.get(method, 2.0**-52)
+    motion = follow(text, 3, 61, method=method, tolerance=tolerance)
+    ahead, back = 2 - force, 2 + force
+    speed, ends = np.sqrt(2 * ahead * 0.05), np.sqrt(2 * 0.05 / ahead)
+    ends += speed / back * (1 + np.sqrt(back / ahead)) / (1 - np.sqrt(ahead / back))
+    rests = motion.t > ends + 1e-6
+    assert np.any(rests) and np.any(np.abs(motion["v/s"][~rests]) > 0)
+    assert np.max(np.abs(motion["q/s"][rests])) < 1e-15
+    assert np.all(motion["v/s"][rests] == 0)
+    held = follow(text, 1, 3, outputs=("q", "reactions"), sets={"s": 0})
+    assert np.all(held["reactions/block"] == 0)  # the sum of both forces is known, not what each of them is

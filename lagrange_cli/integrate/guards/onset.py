@@ -131,7 +131,7 @@ class Onset(Choosing):
         along = held.directions(t, sliding)
         found = usual
         for _ in range(TURNS):
-            nudges = [held.friction[j].velocities @ one for j, one in along.items()]
+            nudges = [held.friction[j].moving(one) for j, one in along.items()]
             found = self._rates_at(t, places, speeds + self._tiny * np.sum(nudges, axis=0))[: len(usual)]
             self.memory[:] = memory
             rates = {j: held.friction[j].slopes @ (found - usual) for j in along}

@@ -43,6 +43,13 @@ class Friction:
     rate: float
     sides: Sides
 
+    def moving(self, along: Array) -> Array:
+        """Velocities with which the vector has a direction: those that friction gives it, and any others in
+        directions in which constraints leave nothing to friction, as driven ones do."""
+        given = self.velocities @ along
+        found: Array = given + inverse_of(self.slopes) @ (along - self.slopes @ given)
+        return found
+
 
 class Choosing(Leading):
     """Motions that friction holds."""

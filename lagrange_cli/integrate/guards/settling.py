@@ -68,6 +68,8 @@ class Settling(Creeping):
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:
             self.prepare()
+        self._series()
+        self.undetermined = not np.all(np.isfinite(self._rates_of_rows())) and self._shares_unknown()
 
     def resume(self) -> None:
         """Go on with the modes that are in the memory."""
@@ -175,10 +177,7 @@ class Settling(Creeping):
         self.begin_steps()
         fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
         marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
-        if (
-            self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes
-            and self._rows.guards[due].multiplier
-        ):
+        if self._rows.guards[due].multiplier and before:
             self._stop_at(due)
         if before == 0.0 and not self._rows.guards[due].multiplier and not self.has_left(due):
             return True

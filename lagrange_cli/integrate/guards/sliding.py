@@ -37,7 +37,8 @@ class Sliding(Drag):
     end = np.inf
     """The time at which the motion ends, which no way goes beyond."""
     undetermined = False
-    """Whether several forces have held the motion last, whose sum alone follows from the equations."""
+    """Whether several forces hold the motion, whose sum alone follows from the equations, so that it is not
+    found how it goes on."""
 
     def vectors(self) -> list[int]:
         """The guards of lengths of vectors that friction may hold."""
@@ -50,6 +51,9 @@ class Sliding(Drag):
         soon = self._size_of_time * SOON
         due = (u <= self._rounding_of_speeds) | ((rate < 0.0) & (u > 0.0) & (u <= -rate * soon))
         for j in np.array(vectors)[due & (self.modes[vectors] != 0.0)].tolist():
+            return self.slide_or_hold(j)
+        beyond = self._beyond()  # where a motion begins, steps on rates may not tell
+        for j in (one for one in vectors if one in beyond):
             return self.slide_or_hold(j)
         return self.turns()
 
@@ -95,15 +99,22 @@ class Sliding(Drag):
         if reached:
             self._move_to_limit(j)
         beyond = self._beyond()
-        several = sum(self.modes[k] == 0.0 for k in vectors) > 1
-        self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
         loose = {j: 1.0} if reached else {}
         loose |= {k: 1.0 for k in beyond if k in vectors}
         found = not loose or self._slide(loose, beyond)
         if not found:
+            self.undetermined = self._shares_unknown()
             self.memory[:] = before
         self.prepare()
         return found
+
+    def _shares_unknown(self) -> bool:
+        """Whether vectors are held by forces of which nothing but the sum is known."""
+        held = [k for k in self.vectors() if self.modes[k] == 0.0]
+        if len(held) < 2 or self._apart:
+            return False
+        slopes = self._slopes_of_parts(*held)
+        return not np.all(np.isfinite(slopes)) or int(np.linalg.matrix_rank(slopes)) < len(slopes)
 
     def _sizes(self, vectors: Sequence[int]) -> Array:
         """The largest part of each vector."""
@@ -179,17 +190,20 @@ class Sliding(Drag):
         rest[np.bincount(alike)[alike] > 1] = 0.0
 
     def _stop_at(self, j: int) -> None:
-        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
-        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
-        u''."""
-        found = []
+        """Take away the velocity with which the motion passes u = 0 ever more often, or which is rounding
+        beside the accelerations there, along the direction in which the force jumps: v - a' u'/u'', where a'
+        and u'' are the jumps of the accelerations and of u''."""
+        own, found = float(self.modes[j]), []
         for mode in (1.0, -1.0):
             self.modes[j] = mode
             accelerations = self._series()[: self._layout.degrees]
             found.append((accelerations, self._coefficients(self._rows.first + j)))
+        self.modes[j] = own
         (first, u), (second, other) = found
         jump = 2.0 * (u[2] - other[2])
-        if u[1] == other[1] and jump != 0.0:
+        often = self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes
+        slow = abs(u[1]) <= ROUNDING * max(np.max(np.abs(one)) for one, _ in found)
+        if u[1] == other[1] and jump != 0.0 and (often or slow):
             self._take_away((first - second) * (u[1] / jump), exactly=True)
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 

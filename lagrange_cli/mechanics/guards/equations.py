@@ -8,7 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.guards.forces import by_forces, mixes
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
-from lagrange_cli.mechanics.guards.held import foresee_multipliers, held_by_multipliers, with_auxiliary
+from lagrange_cli.mechanics.guards.held import (
+    foresee_multipliers,
+    held_back,
+    held_by_multipliers,
+    with_auxiliary,
+)
 from lagrange_cli.mechanics.guards.modes import Modes
 from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
@@ -17,6 +22,9 @@ from lagrange_cli.mechanics.switching.cuts import Cut, cuts
 from lagrange_cli.mechanics.switching.switches import has_rates, switches
 from lagrange_cli.mechanics.variables import nonzero
 from lagrange_cli.records import replace
+
+DRIVEN = 2.0**40
+"""The factor of its square: rounding errors times 2^20 are still nothing."""
 
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
@@ -177,13 +185,16 @@ def beside_rows(residual: Residual, change: Callable[[Sequence[Node]], tuple[Nod
 
 
 def _limits(modes: Modes, guard: Guard) -> list[Node]:
-    """Limit plus force and limit minus force; of a vector, their squares."""
+    """Limit plus force and limit minus force; of a vector, their squares. A force against a constraint that
+    is driven is as much as one far beyond the limit."""
     if guard.limit is None:
         return []
     limit, forces = guard.limit, [modes.multipliers[i] for i in guard.holding]
     force = forces[0]
     if guard.vector is not None:
-        force = modes.graph.sum([(d * f * f, 1.0) for d, f in zip(guard.vector.weights, forces)])
+        squares = [(d * f * f, 1.0) for d, f in zip(guard.vector.weights, forces)]
+        against = [force for _, force, driven in held_back(modes, modes.residual, guard) if driven]
+        force = modes.graph.sum([*squares, *((f * f, DRIVEN) for f in against)])
         limit = limit * limit
     return [limit + force, limit - force]
 

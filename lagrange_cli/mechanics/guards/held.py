@@ -15,16 +15,17 @@ The forces of resting contact (see ``mechanics.contacts``) are such multipliers,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.guard import Guard
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
 from lagrange_cli.mechanics.guards.vectors import constrained
 from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import rate
+from lagrange_cli.mechanics.variables import numbered, rate
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 
@@ -60,21 +61,40 @@ def held_by_multipliers(
     for guard in holding:
         parts = (guard.argument,) if guard.vector is None else guard.vector.parts
         resting += [(i, u, guard.holds(graph), False) for i, u in zip(guard.holding, parts)]
-    for (_, u, mode, rests), symbol in zip(sorted(resting, key=lambda one: one[0]), symbols):
+    resting.sort(key=lambda one: one[0])
+    vectors = {i for guard in holding if guard.vector is not None for i in guard.holding}
+    apart = [n for n, one in enumerate(resting) if not one[3] and (one[0] in vectors or not modes.followed)]
+    shares = shared(modes, residual, {n: resting[n][1] for n in apart})
+    for number, ((_, u, mode, rests), symbol) in enumerate(zip(resting, symbols)):
         free, zero = graph.ddt(symbol), graph.zero
         by = model.v if any(u.symbols & v.symbols for v in model.v) else model.q
         kept = rate(graph, u, residual.variables)
         if by is model.q:
             kept = graph.ddt(kept)
+        others = shares.get(number, {})
+        together = {*(resting[i][2] for i in others)}
 
-        def chosen(held: Node, otherwise: Node, mode: Node = mode, rests: bool = rests) -> Node:
-            sides = (held, otherwise) if rests else (otherwise, held)
+        def chosen(
+            held: Node,
+            otherwise: Node,
+            share: Node = graph.zero,
+            mode: Node = mode,
+            rests: bool = rests,
+            together: Collection[Node] = together,
+        ) -> Node:
+            found = share if together else held
+            for other in together:
+                found = three_ways(graph, other, held, held, found)
+            sides = (found, otherwise) if rests else (otherwise, found)
             return three_ways(graph, mode, sides[0], sides[0], sides[1])
 
-        added.append(chosen(HEAVY * kept, free))
+        least = graph.sum([(free, 1.0), *((graph.ddt(symbols[i]), -a) for i, a in others.items())])
+        added.append(chosen(HEAVY * kept, free, least))
         row = [chosen(HEAVY * graph.diff(u, x), zero) for x in by[:own]]
-        one = chosen(zero, graph.one)
-        slopes.append([*row, *(one if other is symbol else zero for other in symbols), *constraints])
+        one = chosen(zero, graph.one, graph.one)
+        shares_of = {symbols[i]: chosen(zero, zero, graph.constant(-a)) for i, a in others.items()}
+        shares_of[symbol] = one
+        slopes.append([*row, *(shares_of.get(other, zero) for other in symbols), *constraints])
     wider = replace(
         residual,
         residual=(*rows[:own], *added, *rows[own:]),
@@ -84,17 +104,47 @@ def held_by_multipliers(
     return wider, substituted(graph, integrands, accelerations)
 
 
+def shared(modes: Modes, residual: Residual, holding: Mapping[int, Node]) -> dict[int, dict[int, float]]:
+    """Those of ``holding`` arguments, by number, that hold what others do, and how these make them up (see
+    ``guards.shared``)."""
+    if len(holding) < 2:
+        return {}
+    from lagrange_cli.mechanics.guards.shared import dependent
+
+    graph, model, places = modes.graph, residual.model, numbered(residual.model.q)
+
+    def speed(u: Node) -> Node:
+        if any(u.symbols & v.symbols for v in model.v):
+            return u
+        slopes = [(slope * model.v[k], 1.0) for k, slope in graph.gradient(u, places).items()]
+        return graph.sum([*slopes, (graph.diff(u, model.time), 1.0)])
+
+    speeds = [*map(speed, holding.values())]
+    numbers, found = [*holding], dependent(graph, speeds, numbered(model.v))
+    return {numbers[n]: {numbers[i]: a for i, a in made_of.items()} for n, made_of in found.items()}
+
+
 def determined(modes: Modes, residual: Residual) -> Sequence[Node]:
     """The equations, where they determine all multipliers: what holds a vector holds its constraints, too.
-    While it does, these say instead that the force is along a velocity that they allow."""
+    While it does, these say instead that the force is along a velocity they allow (see ``held_back``)."""
     graph, rows = modes.graph, [*residual.residual]
     for guard in modes.guards.values():
-        if guard.vector is not None and guard.holding:
-            for j, factors in constrained(residual, guard.vector):
-                forces = zip(factors, (modes.multipliers[i] for i in guard.holding))
-                along = graph.sum([(b * force, 1.0) for b, force in forces])
-                rows[j] = rows[j] + three_ways(graph, guard.holds(graph), graph.zero, graph.zero, along)
+        for j, force, _ in held_back(modes, residual, guard):
+            rows[j] = rows[j] + three_ways(graph, guard.holds(graph), graph.zero, graph.zero, -force)
     return rows
+
+
+def held_back(modes: Modes, residual: Residual, guard: Guard) -> list[tuple[int, Node, bool]]:
+    """The constraints on velocities that are some on a vector alone: the numbers of their equations, the part
+    of the force against them, and whether they are driven. Such a part is 0 while the vector can be held: not
+    where a constraint that is driven moves it on."""
+    if guard.vector is None or not guard.holding:
+        return []
+    multipliers = [modes.multipliers[i] for i in guard.holding]
+    return [
+        (j, modes.graph.sum([(b * force, 1.0) for b, force in zip(factors, multipliers)]), driven)
+        for j, factors, driven in constrained(residual, guard.vector)
+    ]
 
 
 def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:

@@ -48,18 +48,20 @@ def _inertias(residual: Residual) -> list[Node]:
     return [*entries, *residual.inertias, *momenta]
 
 
-def constrained(residual: Residual, vector: Vector) -> list[tuple[int, list[Node]]]:
-    """The constraints on velocities that are some on the vector alone, sum_i b_i u_i = 0: the numbers of
-    their equations, and the factors b_i."""
+def constrained(residual: Residual, vector: Vector) -> list[tuple[int, list[Node], bool]]:
+    """The constraints on velocities that are some on the vector alone, sum_i b_i u_i + c = 0: the numbers of
+    their equations, the factors b_i, and whether they are driven, c is not 0."""
     graph, model, found = residual.graph, residual.model, []
-    first = len(residual.residual) - len(model.constraints)
-    for j, slopes in enumerate(Constraints(model).slopes, first):
+    constraints, zero = Constraints(model), dict.fromkeys(model.v, graph.zero)
+    first, at_rest = len(residual.residual) - len(model.constraints), substituted(graph, vector.parts, zero)
+    for j, (slopes, drift) in enumerate(zip(constraints.slopes, constraints.drifts), first):
         rest, factors = [slopes.get(k, graph.zero) for k in range(len(model.q))], []
-        for pivot, part in zip(vector.pivots, vector.parts):
+        for pivot, part, own in zip(vector.pivots, vector.parts, at_rest):
             factors.append(rest[model.v.index(pivot)])
             rest = [a - factors[-1] * graph.diff(part, v) for a, v in zip(rest, model.v)]
+            drift = drift - factors[-1] * own
         if all(map(is_zero, rest)):
-            found.append((j, factors))
+            found.append((j, factors, not is_zero(drift)))
     return found
 
 

@@ -50,6 +50,8 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
         good = good_beyond(at, now, good, (slack, unexplained > 0.0, floor))
     if steps.guards and steps.guards.stopping:
         good = good | at.stops.get()
+    if steps.noise:
+        good = good_but_for_rounding(at, now, good, (slack, unexplained > 0.0, floor))
     blind, less = at.pending.get().equals(BLIND), at.taken.get() - 1
     with f.when(~good):
         take_back(at, Refused(now, regular, blind, less, floor, failures, unexplained))
@@ -101,6 +103,17 @@ def good_beyond(at: Progress, now: Now, good: Bit, allowed: tuple[Real, Bit, Rea
     return found.get()
 
 
+def good_but_for_rounding(at: Progress, now: Now, good: Bit, allowed: tuple[Real, Bit, Real]) -> Bit:
+    """The same once it is known how much of the accelerations is rounding, if a step is not ``good`` that
+    approached no critical point: halving the distance to what is none takes as many steps as to a kink."""
+    f, steps = at.f, at.steps
+    found = f.variable(good)
+    with f.when(~good & at.clock_before(Clock.GAP).equals(0.0)):
+        regular = steps.remeasure(f, Now(now.t, now.low, at.clock(Clock.STEP), at.one))
+        found.set(steps.agree(f, now, at.uneven.get(), *allowed) & regular)
+    return found.get()
+
+
 def take_back(at: Progress, step: Refused) -> None:
     """There is a critical point within the step that the series does not show: go back and take at most half
     the step; or, if the equations were singular just beyond the point, go twice as far beyond it. If small
@@ -118,8 +131,6 @@ def take_back(at: Progress, step: Refused) -> None:
         at.leave(code, less, at.began.get())
     narrow = steps.agree(f, step.now, at.uneven.get(), f.constant(NOISY), at.no, step.floor) & regular
     at.copy(at.trial, at.state)
-    if steps.noise:
-        steps.noise.ask(f)
     if at.due is not None:  # a step that is stopped by a guard comes no nearer
         stopped = ~at.due.get().equals(NO_GUARD) & ~step.blind & (at.clock(Clock.GAP) > 0.0)
         with f.when(stopped & ~(at.length.get() < at.clock(Clock.GAP))):

@@ -32,8 +32,6 @@ from lagrange_cli.records import replace
 
 AT_REST = 2.0**-900
 """Where steps are proven, velocities below this do not limit them."""
-MANY = 8
-"""Accelerations that are found together from which on it is asked how much of them is rounding."""
 
 
 def again(f: Function, good: Bit, accept: Callable[[], Bit], allow: str, *given: Pointer) -> Bit:
@@ -102,8 +100,8 @@ class Steps(ABC):
         width = self.state.width
         first, last = whole_vectors(self.state.memory + 3 * width), width if self.parts > 1 else 0
         size = 0.5 * self.bounds.rounding
-        many = any(count >= MANY for _, count in self.given.coupled)
-        return Noise(self.lengths, width, self.state.errors, first, size, last, self.computed, many)
+        given = self.lengths, width, self.state.errors, first, size, last, self.computed
+        return Noise(*given, asked=True, beyond=self.sums.beyond)
 
     def computed(self, f: Function, time: HighLow, unit: Real) -> Bit:
         """Compute the series of the state where they belong."""
@@ -250,6 +248,16 @@ class Steps(ABC):
             self.floors(f)
         if self.quadratures:
             self.quadratures.measure(f, *self.places(f))
+
+    def remeasure(self, f: Function, now: Now) -> Bit:
+        """Measure how much of the accelerations is rounding where a step ends, allow it, and compute the
+        series there again: whether the mass matrix is regular."""
+        assert self.noise
+        self.noise.ask(f)
+        self.forget(f)
+        _, regular = self.expand(f, now)
+        self.noise.allow(f, self.expected(f)[1], f.pointer("%trial"))
+        return regular
 
     def floors(self, f: Function) -> None:
         """The same where they are computed by ``Given.floors``."""

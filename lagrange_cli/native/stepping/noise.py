@@ -9,10 +9,11 @@ only, and velocities are measured by what it changes them in a step. They are no
 all that the terms which cancel change them: steps could be so long that the rounding errors of these terms,
 which grow with the exponential of their frequency times the step, are no longer small.
 
-Where many accelerations are found together, and a step is not accepted, they may differ by what rounding
-changes them, too, as relative angles of a chain are moved by forces on all links behind them. Where these
-cancel, as in a chain that is dropped, nothing but rounding is left: it does not change smoothly, and all that
-is tiny beside the largest acceleration counts.
+Where a step is not accepted, accelerations may differ by what rounding changes them, too: relative angles of
+a chain are moved by forces on all links behind them, and Euler angles are so fast near their pole that hardly
+a digit of their difference is known. Where forces cancel, as in a chain that is dropped, or entries of M do,
+as at such a pole, nothing but rounding is left: it does not change smoothly, and all that is tiny beside the
+largest acceleration counts.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from functools import partial
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
+from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.rounding_errors import WAYS, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
@@ -35,8 +37,9 @@ SMOOTH = 0.8
 across a jump, or close to a pole."""
 TINY = 2.0**-26
 """Changes below this part of the largest acceleration are rounding, smooth or not."""
-SCATTER = 4.0
-"""Others may be so many times as large."""
+SCATTER = 64.0
+"""Others may be so many times as large: what functions of small coordinates are rounded by is the same in
+all of these."""
 LASTS = 32.0
 """For so many steps what was found holds."""
 
@@ -62,8 +65,9 @@ class Noise:
 
     Coordinates and velocities change by the part ``size`` of them, in parts that are ``last`` rows behind.
     ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of
-    another one. It uses three arrays of the ``width`` of a state, from row ``first`` of ``%arrays`` on. If it
-    may be ``asked``, it is measured where no velocity is faint, too, once it is.
+    another one. It uses three arrays of the ``width`` of a state, from row ``first`` of ``%arrays`` on, and
+    one more where low parts of coefficients are so far ``beyond`` these. If it may be ``asked``, it is
+    measured where no velocity is faint, too, once it is.
     """
 
     lengths: Lengths
@@ -74,6 +78,7 @@ class Noise:
     last: int
     expand: Callable[[Function, HighLow, Real], object]
     asked: bool = False
+    beyond: int = 0
 
     def function(self) -> Function:
         """The function."""
@@ -82,14 +87,15 @@ class Noise:
         times = "REAL %t, REAL %low, REAL %unit, BIT %which"
         f = Function(f"define internal i1 @noise({places}, {times}) #0", motions)
         which = Bit(f, "%which", motions)
-        suspicious = self._faint(f)
+        suspicious, asked = self._faint(f), None
         if self.asked:
-            suspicious = suspicious | (f.load("%state", self.place) < 0.0)
+            asked = f.load("%state", self.place) < 0.0
+            suspicious = suspicious | asked
         suspicious = suspicious & which
         self._clear(f, which)
         measured = f.any(suspicious)
         with f.when(measured):
-            self._measure(f, suspicious)
+            self._measure(f, suspicious, asked)
         left = f.load("%state", self.place)
         f.store(f.select(which, LASTS, left), "%state", self.place)
         f.give(measured)
@@ -105,9 +111,16 @@ class Noise:
         return f.load("%state", self.place) <= 0.0
 
     def ask(self, f: Function) -> None:
-        """Let it be measured before the next step, if it may be asked."""
-        if self.asked:
-            f.store(f.constant(-1.0), "%state", self.place)
+        """Let it be measured with the next series."""
+        f.store(f.constant(-1.0), "%state", self.place)
+
+    def allow(self, f: Function, allowed: Pointer, before: Pointer) -> None:
+        """Let the errors of accelerations that are ``allowed`` be so much larger, and let it be known at the
+        state ``before``, too, for as many steps."""
+        with self.lengths.velocities(f) as row:
+            row.put(row.at(allowed) + row.at("%state", self.place), allowed)
+        source, target = ("%state", self.place), (before, self.place)
+        f.copy_rows(source, target, self.width, LANES)
 
     def count(self, f: Function, steps: Real | float = 1.0) -> None:
         """Count a step that was taken, or what ``steps`` there were of each motion."""
@@ -125,10 +138,11 @@ class Noise:
         most, least = lengths.gather(f, "fmax", fastest.get()), lengths.gather(f, "fmin", slowest.get())
         return least < most * FAINT
 
-    def _measure(self, f: Function, which: Bit) -> None:
-        """The measurement."""
+    def _measure(self, f: Function, which: Bit, asked: Bit | None) -> None:
+        """The measurement; where it was ``asked`` for, of changes that are not smooth, too."""
         lengths = self.lengths
-        base, half, saved = (f.place("%arrays", self.first + array * self.width) for array in range(3))
+        arrays = (f.place("%arrays", self.first + array * self.width) for array in range(4))
+        base, half, saved, base_low = arrays
         with lengths.each(f) as row:
             row.put(row.at("%state", self.last), saved)
         t, low, unit = f.reals("t", "low", "unit")
@@ -136,7 +150,9 @@ class Noise:
         inverse = lengths.wide(f, 1.0 / unit)
         with lengths.velocities(f) as row:
             row.put(row.series()[1] * inverse, base)
-        tiny = lengths.wide(f, self._largest(f, base) * TINY) if self.asked else None
+            if self.beyond:
+                row.put(row.series()[1 + self.beyond] * inverse, base_low)
+        tiny = lengths.wide(f, f.select(asked, self._largest(f, base) * TINY, 0.0)) if asked else None
         with f.loop(0, WAYS, tested=False) as way:
             for size in (0.5 * self.size, self.size):
                 with lengths.each(f) as row:
@@ -151,6 +167,8 @@ class Noise:
                 self.expand(f, (t, low), unit)
                 with lengths.velocities(f) as row:
                     change = row.series()[1] * inverse - row.at(base)
+                    if self.beyond:
+                        change = change + (row.series()[1 + self.beyond] * inverse - row.at(base_low))
                     if size < self.size:
                         row.put(change, half)
                     else:
