@@ -63,9 +63,11 @@ class Reversal:
             limits = None if modes.limits is None else self.of(modes.limits)
             loose = None if modes.loose is None else self.of(modes.loose)
             locks = modes.locks and replace(modes.locks, other=self.of(modes.locks.other))
+            halts = modes.halts and replace(modes.halts, other=self.of(modes.halts.other))
             modes = replace(
                 modes, arguments=self.of(modes.arguments), limits=limits, loose=loose, locks=locks,
-                beside=self._beside(modes), errors=None if modes.errors is None else self.of(modes.errors),
+                halts=halts, beside=self._beside(modes),
+                errors=None if modes.errors is None else self.of(modes.errors),
             )  # fmt: skip
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],

@@ -55,6 +55,15 @@ class Locks:
 
 
 @dataclass(frozen=True, eq=False)
+class Halts:
+    """Coordinates that friction holds beside constraints: ``gates`` are 0 of those, and 1 of all others;
+    ``other`` are all forces but friction and those of constraint."""
+
+    gates: Total
+    other: Total
+
+
+@dataclass(frozen=True, eq=False)
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
     Those that are ``holding`` coordinates may be 0, with two ``limits`` for each of them (see
@@ -69,6 +78,8 @@ class Modes:
     loose: Total | None = None
     locks: Locks | None = None
     """Coordinates of joints that may be held."""
+    halts: Halts | None = None
+    """The same of coordinates beside constraints."""
     placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Of those that are holding, the ones that are decided by places."""
     vectors: Sequence[tuple[int, tuple[int, ...]]] = ()

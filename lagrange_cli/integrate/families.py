@@ -157,8 +157,11 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut(TO_BE_PROVEN, way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
-    worked = system.contacts is not None or (system.bonds is not None and system.smooth is not None)
-    if "multipliers" in compilation.outputs and system.contacts is not None and system.bonds is not None:
+    worked = system.contacts is not None or (
+        system.bonds is not None and system.smooth is not None and not held(system)
+    )
+    unknown = system.contacts is not None or held(system)
+    if "multipliers" in compilation.outputs and unknown and system.bonds is not None:
         return without_outputs(["multipliers"])
     if "ledger" in compilation.outputs and worked:
         return without_outputs(["ledger"])

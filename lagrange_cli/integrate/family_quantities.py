@@ -153,9 +153,10 @@ class Quantities:
     def torques(self) -> tuple[Element, ...]:
         """dL/dq_k + Q_k."""
         system, found = self.system, self.system.forces
-        if system.vector is not None or system.curved:
+        held = bool(self._held) and system.bonds is not None
+        if system.vector is not None or system.curved or held:
             inside = (replace(one, node=-one.node) for one in system.gradient.terms)
-            found = total_of(found.count, [*inside, *system.applied.terms], system.slots.graph)
+            found = total_of(found.count, [*inside, *self._applied], system.slots.graph)
         if system.joints is not None:
             lagrangian = system.kinetic - system.potential
             (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
@@ -166,12 +167,18 @@ class Quantities:
 
     @property
     def _applied(self) -> Sequence[Term]:
-        """What is applied, as it is while friction holds joints."""
-        system, smooth = self.system, self.system.smooth
-        if smooth is None or smooth.modes is None or smooth.modes.limits is None:
+        """What is applied, as it is while friction holds joints, or coordinates beside constraints."""
+        system = self.system
+        if not self._held:
             return system.applied.terms
         places = np.arange(system.q.count)
         return [Term(system.everyone, system.slots.symbol(system.everyone, system.applied, places), places)]
+
+    @property
+    def _held(self) -> bool:
+        """Whether friction may hold something."""
+        smooth = self.system.smooth
+        return smooth is not None and smooth.modes is not None and smooth.modes.limits is not None
 
     @property
     def momenta(self) -> tuple[Element, ...]:

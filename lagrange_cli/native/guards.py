@@ -170,6 +170,8 @@ class GuardRows:
     with it, the same of all of these, if constraints have impulses after simple actions; else itself."""
     degrees: int = 0
     """How many coordinates are not auxiliary."""
+    constrained: bool = False
+    """Whether there are constraints."""
 
     @property
     def count(self) -> int:
@@ -180,6 +182,11 @@ class GuardRows:
     def changes(self) -> float:
         """So many modes may change while t hardly does."""
         return max(CHANGES, EACH * self.count)
+
+    @property
+    def bound(self) -> bool:
+        """Whether what holds the motion has limits of its own, and may hold it together by constraints."""
+        return self.constrained and any(one.explicit for one in self.guards)
 
     @property
     def events(self) -> int:

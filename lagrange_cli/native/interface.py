@@ -205,7 +205,7 @@ class Interface:
         reached = tuple((switches + e, place) for e, place in self.reached)
         return GuardRows(
             first, arguments, tuple(made), len(self.parameters), changed, affected, bounces, reached,
-            self.joined, self.degrees,
+            self.joined, self.degrees, bool(self.constraints),
         )  # fmt: skip
 
     def _inside(self, place: int) -> int:

@@ -19,7 +19,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, placed
 from lagrange_cli.families.bonds import Bonds
-from lagrange_cli.families.description import FamilySystem, Locks
+from lagrange_cli.families.description import FamilySystem, Halts, Locks
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import on_a_sphere, where_it_vanishes
@@ -119,7 +119,7 @@ class Held:
     """The ``modes`` that hold coordinates, in order; two ``limits`` for each of them; all ``other`` forces,
     which the ``forces`` take; and what is ``applied``, which balances those of L where it holds.
     Coordinates that stick to others have bonds with these, and ``loose`` forces besides (see
-    ``relative_friction``). Those of joints have ``locks``."""
+    ``relative_friction``). Those of joints have ``locks``, those beside constraints ``halts``."""
 
     modes: Places
     limits: Total
@@ -129,6 +129,7 @@ class Held:
     sticking: Bonds | None = None
     loose: Total | None = None
     locks: Locks | None = None
+    halts: Halts | None = None
     before: Sequence[Total] = ()
     """What the other forces take."""
     vectors: Sequence[tuple[int, tuple[int, ...]]] = ()
@@ -141,10 +142,17 @@ class Held:
 
 def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
-    velocity is that of others or of a belt there, or its place that of others or of a wall."""
-    if system.bonds is not None:
-        return False
+    velocity is that of others or of a belt there, or its place that of others or of a wall. Beside
+    constraints, a velocity has to be that of the coordinate alone."""
     inside, targets = linear_in(system, one.argument, moving), one.term.targets
+    if system.bonds is not None and (
+        system.joints is not None
+        or system.coupled_masses is not None
+        or system.bonds.surplus
+        or system.bonds.elimination is None
+        or [slot.array for _, slot in inside] != [system.v]
+    ):
+        return False
     return any(np.array_equal(slot.table, targets) for _, slot in inside)
 
 

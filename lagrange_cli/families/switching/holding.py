@@ -15,6 +15,7 @@ from lagrange_cli.expression.index_arrays import distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
+from lagrange_cli.families.description import FamilySystem, Halts
 from lagrange_cli.families.switching.friction import Friction, FrictionModes, Held, Rest, gate, rate_at_rest
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
@@ -62,7 +63,7 @@ class Holding:
 
 def held(friction: FrictionModes, rest: Rest) -> Held:
     """The forces of a system with friction, beside the ``rest``. One coordinate may be held at several
-    places."""
+    places. Beside constraints, those of constraint act on what is held, too."""
     system, modes, frozen = friction.system, friction.modes, friction.frozen
     slots, count = system.slots, system.q.count
     holding = holding_of(friction)
@@ -71,6 +72,12 @@ def held(friction: FrictionModes, rest: Rest) -> Held:
     still, moving = Domain(len(resting)), Domain(len(free))
     whole, applied, slope = (slots.symbol(still, one, resting) for one in (other, rest.applied, rest.slopes))
     moves = gate(slots, still, modes, own[resting])
+    driving, halts, before = other, None, tuple[Total, ...]()
+    if system.bonds is not None:
+        pulls, driving = pulled(system, other)
+        slope = slope - slots.symbol(still, pulls, resting)
+        gates = [Term(still, moves, resting), Term(moving, slots.graph.one, free)]
+        halts, before = Halts(total_of(count, gates, slots.graph), other), (pulls, driving)
     forces = [Term(still, moves * whole, resting)]
     balanced = [Term(still, moves * applied + (1.0 - moves) * slope, resting)]
     if len(free):
@@ -80,15 +87,24 @@ def held(friction: FrictionModes, rest: Rest) -> Held:
         force = frozen(term)
         moves = gate(slots, term.domain, modes, own[term.targets])
         forces.append(replace(force, node=moves * force.node))
-    limits = limits_of(friction, holding, other)
+    limits = limits_of(friction, holding, driving)
     carried, taken = carried_along(friction, holding)
     forces += carried
     balanced += carried
     return Held(
         modes=holding.modes, limits=replace(limits, terms=(*limits.terms, *taken)), other=other,
         forces=total_of(count, forces, slots.graph),
-        applied=total_of(count, balanced, slots.graph),
+        applied=total_of(count, balanced, slots.graph), halts=halts, before=before,
     )  # fmt: skip
+
+
+def pulled(system: FamilySystem, other: Total) -> tuple[Total, Total]:
+    """The forces of constraint, A^T lambda, and their sums with all ``other`` forces."""
+    assert system.bonds is not None
+    slots, everyone = system.slots, system.everyone
+    pulls = total_of(system.q.count, [*system.bonds.pulls_on_coordinates(slots)], slots.graph)
+    whole = slots.own(everyone, other) + slots.own(everyone, pulls)
+    return pulls, total_of(system.q.count, [Term(everyone, whole, everyone.every)], slots.graph)
 
 
 def carried_along(friction: FrictionModes, holding: Holding) -> tuple[list[Term], list[Term]]:

@@ -192,8 +192,8 @@ class Switching(Switched):
             needed += [*held.before, held.other]
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
-                placed=self.placed, locks=held.locks, vectors=held.vectors, beside=held.beside,
-                errors=held.errors, silent=self.silent,
+                placed=self.placed, locks=held.locks, halts=held.halts, vectors=held.vectors,
+                beside=held.beside, errors=held.errors, silent=self.silent,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),

@@ -11,11 +11,15 @@ from lagrange_cli.integrate.guards.modes import ROUNDING
 from lagrange_cli.integrate.guards.unfelt import Unfelt
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
 FEW = 8
 """So many guards are looked at one by one."""
+NOTHING = 2.0**-48, 2.0**-100
+"""A velocity that is so small beside others, and beside its changes in a step, is a rounding error."""
 LET_GO = 2.0**-26
 """What is let go at its limit begins with an acceleration of 0, up to this part of what the force changes."""
 
@@ -23,8 +27,8 @@ LET_GO = 2.0**-26
 class Leading(Unfelt):
     """Multipliers, and the derivatives of arguments."""
 
-    _let_go: int | None = None
-    """The guard that is let go, as its multiplier has reached its bound."""
+    _let_go: Sequence[int] = ()
+    """The guard that is let go, as its multiplier has reached its bound, and those that are bound to it."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
@@ -66,6 +70,20 @@ class Leading(Unfelt):
         found = self._coefficients_of(self._layout.v.start, self._layout.v.stop)[:, 0]
         return float(np.abs(found).max())
 
+    def _bound_at_rest(self) -> NDArray[np.bool_]:
+        """Which guards of friction at its limit are at rest, bound to something that is held. Velocities that
+        are rounding errors are taken away."""
+        found, layout = self._arguments(), self._layout
+        speeds = np.abs(self.memory[layout.v]).max() + self._largest_acceleration() * abs(self.length())
+        nothing = self._explicit & (found != 0.0) & (np.abs(found) <= NOTHING[layout.parts - 1] * speeds)
+        if nothing.any():
+            still = np.isin(self.memory[layout.v], found[nothing])
+            for part in range(2):
+                self.memory[layout.part(part)][layout.v][still] = 0.0
+            found = self._arguments()
+        rests: NDArray[np.bool_] = self._explicit & (self.modes[: self.count] != 0.0) & (found == 0.0)
+        return rests
+
     def _misled(self, guards: Sequence[int]) -> list[int]:
         """The guards to whose sides the motion does not lead, nor along u = 0."""
         found = list[int]()
@@ -79,7 +97,7 @@ class Leading(Unfelt):
             for j, u, other in zip(some, arguments, others):
                 change = np.abs(u - other)
                 scale = ROUNDING * np.fmax(usual[: len(u)], change)
-                if j == self._let_go and not self._rows.guards[j].placed:
+                if j in self._let_go and not self._rows.guards[j].placed:
                     scale[1] = max(scale[1], LET_GO * change[1])
                 sizes = zip(u.tolist()[1:], scale.tolist()[1:])
                 leads = next((one for one, size in sizes if not abs(one) <= size), None)

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 PATIENCE = 8
 """How often so many are changed together that there are no fewer wrong ones then."""
 
+OTHERWISE = 16
+"""So many rounds hold one thing at a time again, as many others all that should be held."""
+
 
 class Pivoting:
     """Which of several guards that depend on one another change their modes at a time: all of them, as long
@@ -21,6 +24,14 @@ class Pivoting:
 
     def __init__(self) -> None:
         self._fewest, self._left = np.inf, PATIENCE
+
+    def singly(self, let_go: bool, turn: int | None) -> bool:
+        """Whether one thing at a time is held again, which may hold all that constraints bind to it: that
+        mostly ends where something is ``let_go``. If all is tried once more, it changes from ``turn`` to
+        turn."""
+        if turn is not None:
+            return let_go == (turn // OTHERWISE % 2 == 0)
+        return let_go or self._left == 0
 
     def chosen(self, wrong: Sequence[int]) -> Sequence[int]:
         """Those of the ``wrong`` ones that change."""

@@ -176,6 +176,7 @@ class Settling(Creeping):
             return True
         self.begin_steps()
         fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
+        fresh |= self._bound_at_rest() if self._rows.bound else False
         marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
         if self._rows.guards[due].multiplier and before:
             self._stop_at(due)
@@ -185,9 +186,10 @@ class Settling(Creeping):
             leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
             self.left = self.memory.copy(), due
-            self._let_go = due if self._rows.guards[due].limited else None
+            bound = marked if self._rows.bound else []
+            self._let_go = [due, *bound] if self._rows.guards[due].limited else []
             found = self._choose([due, *marked], {due: side}, held=False)
-            self._let_go = None
+            self._let_go = []
             return found
         return self._choose([due, *marked], {due: -before})
 
@@ -230,7 +232,11 @@ class Settling(Creeping):
             self.modes[j] = first.get(j, self.modes[j])
         self.modes[able] = 0.0
         self.regular(free)
+        modes, held_first = self.modes.copy(), [*able]
         found, entered = self._agreed(guards, able, first)
+        if self._rows.bound and not found:
+            self.modes[:], able = modes, held_first
+            found, entered = self._agreed(guards, able, first, again=True)
         still = [j for j in able if self.modes[j] == 0.0]
         values = self._arguments() if still else np.zeros(0)
         for j in still:
@@ -272,13 +278,13 @@ class Settling(Creeping):
                 self.marks[j] = 0.0
 
     def _agreed(
-        self, guards: Sequence[int], able: list[int], first: dict[int, float]
+        self, guards: Sequence[int], able: list[int], first: dict[int, float], *, again: bool = False
     ) -> tuple[bool, list[int]]:
         """Change modes until all guards lead to their sides; whether they do, and the guards that lead to a
         side on which series are not finite here. Their modes are left as they are."""
         entered: list[int] = []
         pivoting = Pivoting()
-        for _ in range(ROUNDS * (len(guards) + 1)):
+        for turn in range(ROUNDS * (len(guards) + 1)):
             self._series()
             resting = [j for j in able if self.modes[j] == 0.0]
             sizes = self._holding(resting)
@@ -286,9 +292,12 @@ class Settling(Creeping):
             explicit = [j for _, j in loose if self._rows.guards[j].limited]
             slipping = [j for j in guards if self._rows.guards[j].explicit and self.modes[j] != 0.0]
             sides = self._sides(explicit)
-            sides |= dict.fromkeys(self._misled(slipping) if able else [], 0.0)
+            slipping = slipping if able else [j for j in slipping if self._rows.bound and j not in first]
+            misled = self._misled(slipping)
+            single = self._rows.bound and pivoting.singly(bool(self._let_go), turn if again else None)
+            sides |= dict.fromkeys(misled[:1] if single else misled, 0.0)
             if sides:
-                for j in pivoting.chosen([*sides]):
+                for j in [*sides] if single else pivoting.chosen([*sides]):
                     self.modes[j] = sides[j]
                     able += [j] if j not in able else []
                 continue

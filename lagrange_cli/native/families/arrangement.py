@@ -132,7 +132,7 @@ class Arrangement(Scratch):
         elif isinstance(self.contact, Coupled):
             self.motion = ContactRestraint(system, self.lasting)
         elif system.bonds is not None or system.saddle is not None:
-            self.motion = along_motion(system, self.lasting)
+            self.motion = along_motion(system, self.lasting, kind.parts)
         elif self.modes is not None and self.modes.sticking is not None:
             self.sticking = Sticking(system, self.lasting)
         if self.balance is not None and isinstance(self.contact, Coupled):

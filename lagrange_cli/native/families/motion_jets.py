@@ -9,7 +9,9 @@ from lagrange_cli.families.arrays import Array, Chain
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.constraints.contacts import ContactJet, ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import CoupledMassesJet, CoupledMassesRates
+from lagrange_cli.native.families.constraints.held import HeldAlongMotion, HeldJet
 from lagrange_cli.native.families.constraints.jet import ConstrainedJet
+from lagrange_cli.native.families.constraints.restraint import AlongMotion
 from lagrange_cli.native.families.constraints.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.constraints.together import TogetherAlongMotion
 from lagrange_cli.native.families.constraints.together_jet import TogetherJet
@@ -105,8 +107,12 @@ class MotionJets(Preparation):
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
         if isinstance(self.motion, TogetherAlongMotion):
             return TogetherJet(self.motion, self.tabled, self.factors, *given)
-        kind = ContactJet if isinstance(self.motion, ContactRestraint) else ConstrainedJet
-        return None if self.motion is None else kind(self.motion, self.tabled_in_motion, *given)
+        if self.motion is None:
+            return None
+        kinds: dict[type[AlongMotion], type[ConstrainedJet]]
+        kinds = {ContactRestraint: ContactJet, HeldAlongMotion: HeldJet}
+        kind = kinds.get(type(self.motion), ConstrainedJet)
+        return kind(self.motion, self.tabled_in_motion, *given)
 
     def with_beside(self, motion: SeriesJet, name: str) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""

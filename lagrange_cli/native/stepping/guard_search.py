@@ -305,11 +305,13 @@ class GuardSearch:
                 look(row, self._allowance(f, j, row, both), side, seen, j)
 
     def _allowance(self, f: Function, j: Integer, row: Pointer, both: Real) -> Real:
-        """By how much the squares of a force may exceed those of its limit, which add up to ``both``: if they
+        """By how much a force, or the square of one, may exceed its limit, twice which is ``both``: if they
         are equal at the beginning, rounding does not decide."""
         nothing = f.constant(0.0)
-        if not sliding(self.rows):
+        if not (sliding(self.rows) or self.rows.bound):
             return nothing
         most = f.magnitude(both) * (HELD - 1.0)
         at_limit = f.magnitude(f.load(row, self.lengths.term)) <= most
-        return f.select(at_limit & ~f.load_integer("@guard_vectors", j).equals(0), most, nothing)
+        if not self.rows.bound:
+            at_limit = at_limit & ~f.load_integer("@guard_vectors", j).equals(0)
+        return f.select(at_limit, most, nothing)

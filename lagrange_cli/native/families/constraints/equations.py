@@ -8,6 +8,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.native.families.constraints.dense import DenseTables, SolvingTables
+from lagrange_cli.native.families.constraints.held import HeldAlongMotion
 from lagrange_cli.native.families.constraints.in_turn import DependentTables
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
 from lagrange_cli.native.families.constraints.restraint import AlongMotion, AtAState
@@ -24,10 +25,12 @@ Pulled: TypeAlias = "AtAState | TogetherAtAState | FreeAtAState"
 """What is solved for at a state."""
 
 
-def along_motion(system: FamilySystem, lasting: Lasting) -> AlongMotion:
-    """Those along a motion."""
+def along_motion(system: FamilySystem, lasting: Lasting, parts: int) -> AlongMotion:
+    """Those along a motion, in numbers of so many ``parts``."""
     if system.saddle is not None:
         return TogetherAlongMotion(system, lasting)
+    if system.modes is not None and system.modes.halts is not None:
+        return HeldAlongMotion(system, lasting, parts)
     return AlongMotion(system, lasting)
 
 

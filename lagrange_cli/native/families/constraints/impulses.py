@@ -72,22 +72,6 @@ class Impulses(Offsets):
         """W."""
         return Array(Source.TOTAL, self.system.q.count)
 
-    @cached_property
-    def joined(self) -> tuple[int, ...]:
-        """For each coordinate the first of those that constraints couple with it."""
-        first, pairs = np.arange(self.system.q.count), [(one.numbers, one.rows) for one in self.bounds]
-        while True:
-            before, least = first.copy(), np.full(self.count, len(first))
-            for numbers, columns in pairs:
-                for rows in columns:
-                    np.minimum.at(least, numbers, first[rows])
-            for numbers, columns in pairs:
-                for rows in columns:
-                    np.minimum.at(first, rows, least[numbers])
-            first = first[first]
-            if np.array_equal(first, before):
-                return tuple(first.tolist())
-
     @property
     def arrays(self) -> Sequence[Array]:
         found = [self.inverses, self.square, self.right, self.multipliers, self.speeds]

@@ -8,7 +8,7 @@ ones of constraints g on velocities,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -40,6 +40,22 @@ class Bonded:
         assert system.bonds is not None
         return system.bonds
 
+    @cached_property
+    def joined(self) -> tuple[int, ...]:
+        """For each coordinate the first of those that constraints couple with it."""
+        first, pairs = np.arange(self.system.q.count), [(one.numbers, one.rows) for one in self.bounds]
+        while True:
+            before, least = first.copy(), np.full(self.count, len(first))
+            for numbers, columns in pairs:
+                for rows in columns:
+                    np.minimum.at(least, numbers, first[rows])
+            for numbers, columns in pairs:
+                for rows in columns:
+                    np.minimum.at(first, rows, least[numbers])
+            first = first[first]
+            if np.array_equal(first, before):
+                return tuple(first.tolist())
+
     def total(self, count: int, terms: Sequence[Term]) -> Total:
         return self.lasting.arranged(Total(Source.TOTAL, count, tuple(terms)), kept=False)
 
@@ -47,12 +63,12 @@ class Bonded:
         self,
         bound: Bound,
         places: Mapping[Array, Array],
-        slopes: Iterable[tuple[Node, Array, tuple[Places, Array, float]]],
+        slopes: Iterable[tuple[Node, Array, tuple[Places, Array, Node | float]]],
         multiplier: Node,
         change: Callable[[Slot], Node],
     ) -> Local:
         """What the series of a bound give: c, and for each of some symbols a column of A and, if that moves,
-        what A^T lambda adds at some places of an array, with a sign. ``places`` has places by their
+        what A^T lambda adds at some places of an array, with a factor. ``places`` has places by their
         velocities; ``change`` gives the acceleration of one."""
         graph, domain, every = self.graph, bound.domain, bound.domain.every
         (own,) = self.total(domain.count, [Term(domain, bound.node, every)]).terms
@@ -62,12 +78,12 @@ class Bonded:
             (Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)
         ]
         columns, bent = list[tuple[Term, Array]](), False
-        for symbol, column, (rows, to, sign) in slopes:
+        for symbol, column, (rows, to, factor) in slopes:
             slope = graph.diff(own.node, symbol)
             columns.append((Term(domain, slope, every), column))
             if slope.symbols & moving:
                 bent = True
-                terms.append((Term(domain, sign * slope * multiplier, rows), to))
+                terms.append((Term(domain, factor * slope * multiplier, rows), to))
         changes, unknowns = [change(one) for one in found.values()], [multiplier] * bent
         return Local(domain, [*terms, *columns], len(columns), [*found], unknowns, changes)
 
@@ -80,6 +96,7 @@ class Restraint(Bonded):
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
+        self.halts = None if system.modes is None else system.modes.halts
         self.everyone = system.everyone
         self.slopes = self.all_columns()
         """A, of each bound a column for each of its coordinates."""
@@ -87,8 +104,36 @@ class Restraint(Bonded):
 
     @cached_property
     def inverses(self) -> Array:
-        """1/M."""
-        return self.lasting.inverses
+        """1/M, and 0 of coordinates that friction holds."""
+        if self.halts is None:
+            return self.lasting.inverses
+        node = self.of_all(self.gates) * self.of_all(self.lasting.inverses)
+        whole = Total(Source.TOTAL, self.size, (Term(self.everyone, node, self.everyone.every),))
+        return self.lasting.arranged(whole)
+
+    @cached_property
+    def gates(self) -> Array:
+        """1, and 0 of coordinates that friction holds."""
+        assert self.halts is not None
+        return self.lasting.arranged(self.halts.gates)
+
+    @cached_property
+    def parts(self) -> Places:
+        """For each constraint the number of the part of the equations that it is in."""
+        first = np.zeros(self.count, dtype=np.int64)
+        for one in self.bounds:
+            if one.rows:
+                first[one.numbers] = np.array(self.joined)[one.rows[0]]
+        return first
+
+    @cached_property
+    def tolerance(self) -> Array:
+        """For each constraint 1, or -1 where friction holds coordinates of that part."""
+        joined, graph, every = np.array(self.joined), self.graph, Domain(self.count)
+        held = Term(self.everyone, 1.0 - self.of_all(self.gates), joined)
+        stuck = self.lasting.arranged(Total(Source.TOTAL, self.size, (held,)))
+        node = graph.switch(0.5 - self.slots.symbol(every, stuck, self.parts), graph.one, -graph.one, -1)
+        return self.lasting.arranged(Total(Source.TOTAL, self.count, (Term(every, node, every.every),)))
 
     def hold(self, domain: Domain, first: Places, second: Places) -> Node:
         """1 where two constraints hold the motion."""
@@ -122,7 +167,14 @@ class Restraint(Bonded):
 
     def pushed(self, forces: Total) -> Total:
         """M^-1 times forces."""
-        push = self.of_all(forces) * self.of_all(self.inverses)
+        return self._divided(forces, self.inverses)
+
+    def accelerated(self, forces: Total) -> Total:
+        """The same of forces that are 0 already on what is held, but for what carries it along."""
+        return self._divided(forces, self.lasting.inverses)
+
+    def _divided(self, forces: Total, inverses: Array) -> Total:
+        push = self.of_all(forces) * self.of_all(inverses)
         return self.total(self.size, [Term(self.everyone, push, self.everyone.every)])
 
     def of_bounds(self, make: Mapping[int, Node], less: Array | None = None) -> Total:
@@ -163,10 +215,20 @@ class Restraint(Bonded):
         return graph.sum(terms)
 
     def _square(self) -> Total:
-        """The entries of A M^-1 A^T, and behind them 0 and 1."""
+        """The entries of A M^-1 A^T, and behind them 0 and 1; then, where friction may hold coordinates, what
+        pivots are compared with: entries on the diagonal while it does not, and their opposites while it
+        does."""
         end = len(self.entries) + 1
         one = Term(self.system.root, self.graph.one, np.array([end]))
-        return self.total(end + 1, [*self.square_terms(), one])
+        sizes = [] if self.halts is None else [*self._sizes_of_pivots(end + 1)]
+        return self.total(end + 1 + (self.count if sizes else 0), [*self.square_terms(), one, *sizes])
+
+    def _sizes_of_pivots(self, first: int) -> Iterator[Term]:
+        for b, one in enumerate(self.bounds):
+            for a, rows in enumerate(one.rows):
+                inverse = self.slots.symbol(one.domain, self.lasting.inverses, rows)
+                size = inverse * self.slope(b, a) * self.slope(b, a) * self.own(b, self.tolerance)
+                yield Term(one.domain, size, first + one.numbers)
 
     def square_terms(self) -> list[Term]:
         """What these entries are made of."""
@@ -198,7 +260,8 @@ class Restraint(Bonded):
 
     def placed(self, saddle: SolvingTables) -> Mapping[str, Places]:
         """The places of the entries that are factored."""
-        return saddle.placed(self.bonds.pairs[1])
+        sizes = None if self.halts is None else len(self.entries) + 2 + np.arange(self.count)
+        return saddle.placed(self.bonds.pairs[1], sizes)
 
 
 class AtAState(Restraint):
@@ -211,7 +274,7 @@ class AtAState(Restraint):
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
-        self.free = self.pushed(lasting.arranged(system.forces, kept=False))
+        self.free = self.accelerated(lasting.arranged(system.forces, kept=False))
         self.right = self.of_bounds(
             {b: -self.rate(one.speed) - self.along(b, self.free) for b, one in enumerate(self.bounds)}
         )
@@ -231,7 +294,7 @@ class AlongMotion(Restraint):
 
     def arrange(self) -> None:
         """Find what is solved for, and what that is made of."""
-        self.free = self.pushed(self.forces)
+        self.free = self.accelerated(self.forces)
         """Accelerations without constraints."""
         self.right = self.of_bounds(
             {b: -self.along(b, self.free) for b, _ in enumerate(self.bounds)}, less=self.rest
@@ -276,8 +339,12 @@ class AlongMotion(Restraint):
             lambda place: self.slots.symbol(bound.domain, self.final, place.table),
         )  # fmt: skip
 
-    def columns(self, number: int) -> Sequence[tuple[Node, Array, tuple[Places, Array, float]]]:
+    def columns(self, number: int) -> Sequence[tuple[Node, Array, tuple[Places, Array, Node | float]]]:
         """The symbols of a bound's coordinates, where its slopes by these go, and its forces."""
         bound = self.bounds[number]
-        pulled = [(rows, self.forces, 1.0) for rows in bound.rows]
+        pulled = [(rows, self.forces, self._moves(bound, rows)) for rows in bound.rows]
         return [*zip(bound.symbols, self.slopes[number], pulled)]
+
+    def _moves(self, bound: Bound, rows: Places) -> Node:
+        """1, and 0 where friction holds coordinates."""
+        return self.graph.one if self.halts is None else self.slots.symbol(bound.domain, self.gates, rows)

@@ -87,6 +87,11 @@ class Tabled:
 
     definite = True
     """Whether pivots have to be positive; else they have not to be 0."""
+    left_out: Variable[Bit]
+    """Whether there are such unknowns."""
+    compared = False
+    """Whether it is said what pivots are compared with. Where that is negative, an unknown may depend on
+    others: it is 0 if its pivot is nothing but rounding."""
 
     def factor(self, base: Pointer, entries: Mapping[str, Places], regular: Variable[Bit]) -> None:
         """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
@@ -96,7 +101,9 @@ class Tabled:
                 with self.f.loop(0, vectors_of(len(places)), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
-        self._floors(FLOORS if FLOORS in entries else "diagonal")
+        self.compared = FLOORS in entries
+        self.left_out = self.f.variable(Bit(self.f, "false", 1))
+        self._floors(FLOORS if self.compared else "diagonal")
         self._rounds(self.tabled.factoring, regular)
         for name, rows in (("rows", self.tabled.forward), ("columns", self.tabled.backward)):
             if rows.length:
@@ -168,10 +175,28 @@ class Tabled:
         f, emitter = self.f, self.emitter
         with f.loop(*blocks, tested=False) as b:
             pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", FLOORS))
-            self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
+            inverse, size = emitter.div(emitter.one, pivot), emitter.magnitude(floor)
             if not self.definite:
-                pivot, floor = emitter.magnitude(pivot), emitter.magnitude(floor)
+                pivot = emitter.magnitude(pivot)
+            if self.compared:
+                more = emitter.compare("ogt", pivot, size)
+                inverse = emitter.select(more, inverse, None)
+                self.left_out.set(self.left_out.get() | ~f.all(Bit(f, more, LANES)))
+            elif not self.definite:
+                floor = size
+            self.store(inverse, "inverse", b * LANES)
             regular.set(regular.get() & f.all(Bit(f, emitter.compare("ogt", pivot, floor), LANES)))
+
+    def release(self) -> None:
+        """Let unknowns that are left out be what is on their right side: with 0 on all others, solutions are
+        combinations of unknowns that vanish in the equations."""
+        emitter = self.emitter
+        with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
+            inverse = self.load("inverse", b * LANES)
+            made = emitter.select(emitter.compare("oeq", inverse, None), emitter.one, inverse)
+            self.store(made, "inverse", b * LANES)
+        if self.tabled.tail:
+            self._invert()
 
     def _scale(self, blocks: tuple[Integer, Integer]) -> None:
         """L from D L."""
