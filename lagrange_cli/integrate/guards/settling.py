@@ -33,6 +33,8 @@ JUST = 2.0**-45
 """A change of a mode so short a part of the time ago is one that has just been."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
+OFTEN = 4
+"""From so many choices at one time on, rounding is taken to lead back."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -256,9 +258,10 @@ class Settling(Creeping):
     def _lead_on(self, guards: Sequence[int]) -> None:
         """Take arguments a little to their sides that begin at 0 with rounding errors of the other sign, so
         that these do not lead back: where a force is let go at its limit, the first derivative is such an
-        error. Of places, take the rates. (Steps on rates, which carry something on, look at values of
-        arguments instead.)"""
-        if not guards or self.machine.program.carried:
+        error. Of places, take the rates. Steps on rates, which carry something on, look at values of
+        arguments instead: for them it is done if these lead back again and again."""
+        carried = bool(self.machine.program.carried)
+        if not guards or (carried and self._attempts < OFTEN):
             return
         self._series()
         arguments = self._coefficients_of_arguments()[guards]
@@ -273,7 +276,7 @@ class Settling(Creeping):
             if j in placed:
                 if j in resting and own[0] < max(least, farthest):
                     self._take_to(j, self.modes[j] * max(least, farthest))
-            elif farthest > 0.0:
+            elif farthest > 0.0 or carried:
                 self._take_to(j, self.modes[j] * max(least, farthest))
                 self.marks[j] = 0.0
 

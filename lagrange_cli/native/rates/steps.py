@@ -176,6 +176,17 @@ class RateSteps(Trials):
             total.set(total.get() + f.select(inside, rate, f.zero(self.lengths.lanes)))
         return f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
 
+    @property
+    def remeasures(self) -> bool:
+        return self.compares
+
+    def remeasure(self, f: Function, now: Now) -> Bit:
+        self.rounding.measure(f)
+        allowed = self.expected(f)[1]
+        with self.lengths.velocities(f) as row:
+            row.put(row.at(allowed) + row.at("%state", self.rounding.place), allowed)
+        return Bit(f, "true")
+
     def straighten(self, f: Function) -> None:
         first, last = STRAIGHT * self.lengths.term, self._places.own
         with f.loop(first, last, self.lengths.lanes, tested=False) as i:

@@ -50,7 +50,7 @@ def confirm(at: Progress, now: Now, regular: Bit, rounds: Loop) -> None:
         good = good_beyond(at, now, good, (slack, unexplained > 0.0, floor))
     if steps.guards and steps.guards.stopping:
         good = good | at.stops.get()
-    if steps.noise:
+    if steps.remeasures:
         good = good_but_for_rounding(at, now, good, (slack, unexplained > 0.0, floor))
     blind, less = at.pending.get().equals(BLIND), at.taken.get() - 1
     with f.when(~good):

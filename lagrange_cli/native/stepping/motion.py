@@ -249,6 +249,11 @@ class Steps(ABC):
         if self.quadratures:
             self.quadratures.measure(f, *self.places(f))
 
+    @property
+    def remeasures(self) -> bool:
+        """Whether it can be measured how much of the accelerations is rounding where a step ends."""
+        return self.noise is not None
+
     def remeasure(self, f: Function, now: Now) -> Bit:
         """Measure how much of the accelerations is rounding where a step ends, allow it, and compute the
         series there again: whether the mass matrix is regular."""
