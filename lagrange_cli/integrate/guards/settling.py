@@ -70,8 +70,9 @@ class Settling(Creeping):
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:
             self.prepare()
-        self._series()
-        self.undetermined = not np.all(np.isfinite(self._rates_of_rows())) and self._shares_unknown()
+        if len(self.vectors()) > 1:
+            self._series()
+            self.undetermined = not np.all(np.isfinite(self._rates_of_rows())) and self._shares_unknown()
 
     def resume(self) -> None:
         """Go on with the modes that are in the memory."""
