@@ -20,6 +20,7 @@ from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.arrays import Domain
 from lagrange_cli.families.derivation import articulated, separate
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.switching.holding import holds_more
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec
 
@@ -45,6 +46,8 @@ FEWEST_BOUND = 12
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 FEWEST_COUPLED = 6
 """Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
+FEWEST_HELD = 2
+"""Coordinates below which they are, too, where friction may hold more than constraints leave free."""
 MOST_WRITTEN_OUT = 150
 """Coordinates up to which they are, too, if some constraints follow from others in turn, and too much is
 coupled."""
@@ -70,6 +73,8 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     if found is None or (spec.nonholonomic and found.q.count < fewest_bound(found)):
         return None
     if found.joints and found.joints.count:
+        return found
+    if found.q.count >= FEWEST_HELD and holds_more(found):
         return found
     if found.bodies:
         least = FEWEST_SLIDING if found.curved else FEWEST_TURNING

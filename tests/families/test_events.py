@@ -87,7 +87,8 @@ CASES = {
 
 def keep_families(monkeypatch: pytest.MonkeyPatch, whole: bool) -> None:
     """Families stay families however few their members are; or none does."""
-    for name in ("FEWEST", "FEWEST_SWITCHED", "FEWEST_JOINTED", "FEWEST_BOUND", "FEWEST_COUPLED"):
+    names = "FEWEST", "FEWEST_SWITCHED", "FEWEST_JOINTED", "FEWEST_BOUND", "FEWEST_COUPLED", "FEWEST_HELD"
+    for name in names:
         monkeypatch.setattr(systems, name, 0 if whole else 10**9)
     systems._LATEST.clear()
 
