@@ -34,7 +34,7 @@ JUST = 2.0**-45
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 OFTEN = 4
-"""From so many choices at one time on, rounding is taken to lead back."""
+"""If a guard is due so many times more at one time, and no other, rounding leads it back."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -43,6 +43,7 @@ class Settling(Creeping):
     """The choice of the modes of switches."""
 
     _attempts, _latest = 0, np.nan
+    _again, _due = 0, -1
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -169,7 +170,8 @@ class Settling(Creeping):
         whether one was found with which the motion goes on."""
         now = float(self.memory[self._layout.time])
         self._attempts = self._attempts + 1 if now == self._latest else 0
-        self._latest = now
+        self._again = self._again + 1 if now == self._latest and due == self._due else 0
+        self._latest, self._due = now, due
         if self._attempts > ATTEMPTS * (self.count + 1):
             return False
         before, (value, rate) = float(self.modes[due]), self.coefficients_of(self._rows.first + due)[0][:2]
@@ -262,7 +264,7 @@ class Settling(Creeping):
         error. Of places, take the rates. Steps on rates, which carry something on, look at values of
         arguments instead: for them it is done if these lead back again and again."""
         carried = bool(self.machine.program.carried)
-        if not guards or (carried and self._attempts < OFTEN):
+        if not guards or (carried and self._again < OFTEN):
             return
         self._series()
         arguments = self._coefficients_of_arguments()[guards]
