@@ -44,11 +44,11 @@ def write_families(
     results."""
     conserved = frozenset(system.conserved)
     alone = system.joints is not None and len(related(system.spec, fewest=2)) < len(runs(system.spec))
-    if system.bodies or alone:  # what T does not depend on is not seen by its form
+    if system.bodies or alone or system.driven_joints:  # what T does not depend on is not seen by its form
         from lagrange_cli.families.conserved.conservation import constants_of
 
         found = (one.quantity for one in constants_of(system).conserved)
-        conserved |= {one for one in found if one.startswith("p_")}
+        conserved |= {one for one in found if one.startswith("p_") or (one == "h" and system.driven_joints)}
     planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)

@@ -160,7 +160,7 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
     if spec.lagrangian is None:
         depending = ("positions",) if system.moved_in_time else ()
     else:
-        depending = () if system.steady_potential else ("L",)
+        depending = ("L",) if constants.timed else ()
     return Mechanics(
         depending, constants.cyclic, constants.conserved, system.driven, engine(system), "Lagrange", {}
     )

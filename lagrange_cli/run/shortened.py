@@ -55,22 +55,27 @@ def readable(expression: str) -> str:
 
 def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
     """The ``lines`` of conserved quantities, with one for the momenta of a family if all of them say the
-    same, each of its own member: ``p_u[i] = dL/du_dot[i]: ...   [for i in range(20)]``."""
+    same, each of its own member: ``p_u[i] = dL/du_dot[i]: ...   [for i in range(20)]``. Likewise for parts of
+    the energy function, each of members with one index."""
     shown = dict(lines)
     for family in spec.coordinate_families.values():
         momenta, speed = [f"p_{member}" for member in family.members], velocity_name(family.label)
-        if len(momenta) < 2 or not lines.keys() >= {*momenta}:
-            continue
-        found = set()
-        index = family.label.removeprefix(family.name)
-        for momentum, member in zip(momenta, family.members):
-            line = lines[momentum].replace(member, family.label)
-            line = line.replace(velocity_name(member), speed)
-            # the event of its own index: 'wall[3]'
-            found.add(line.replace(f"{member.removeprefix(family.name)}'", f"{index}'"))
-        if len(found) == 1:
-            ranges = " ".join(f"for {i} in range({n})" for i, n in zip("ijklmn", family.shape))
-            shown |= dict.fromkeys(momenta, f"{found.pop()}   [{ranges}]")
+        index, ranges = family.label.removeprefix(family.name), zip("ijklmn", family.shape)
+        range_ = f"   [{' '.join(f'for {i} in range({n})' for i, n in ranges)}]"
+        if len(momenta) > 1 and lines.keys() >= {*momenta}:
+            found = set()
+            for momentum, member in zip(momenta, family.members):
+                line = lines[momentum].replace(member, family.label)
+                line = line.replace(velocity_name(member), speed)
+                # the event of its own index: 'wall[3]'
+                found.add(line.replace(f"{member.removeprefix(family.name)}'", f"{index}'"))
+            if len(found) == 1:
+                shown |= dict.fromkeys(momenta, f"{found.pop()}{range_}")
+        parts = [f"h_{member}" for member in family.members]
+        if len(parts) > 1 and len(family.shape) == 1 and family.complete and lines.keys() >= {*parts}:
+            found = {lines[part].replace(f"[{k}]", index) for part, (k,) in zip(parts, family.places)}
+            if len(found) == 1:
+                shown |= dict.fromkeys(parts, f"{found.pop()}{range_}")
     return [*dict.fromkeys(shown.values())]
 
 

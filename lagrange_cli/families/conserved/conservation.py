@@ -15,6 +15,7 @@ import numpy as np
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.conserved.breaks import Actions, actions_in, with_breaks
+from lagrange_cli.families.conserved.frames import contains_time
 from lagrange_cli.families.conserved.parts import energies_of_parts
 from lagrange_cli.families.conserved.rigid import ParticleVectors, Rigid, displacement, growing, together
 from lagrange_cli.families.description import FamilySystem
@@ -153,10 +154,11 @@ class RandomState:
 
 @dataclass(frozen=True)
 class ConservedQuantities:
-    """The ``cyclic`` coordinates, and what is ``conserved``."""
+    """The ``cyclic`` coordinates, what is ``conserved``, and whether L is ``timed``: t is in it."""
 
     cyclic: tuple[str, ...]
     conserved: tuple[Conserved, ...]
+    timed: bool
 
 
 def constants_of(system: FamilySystem, actions: Actions | None = None) -> ConservedQuantities:
@@ -179,14 +181,15 @@ def constants_of(system: FamilySystem, actions: Actions | None = None) -> Conser
         kept = free & idle
         found = [kept_momentum(names[k], constrained=constrained) for k in np.flatnonzero(kept).tolist()]
         idle_power = all(one.idles(one.v) for one in states)
-        if system.steady_potential and system.idle_bonds and idle_power:
+        timed = contains_time(system, states)
+        if not timed and system.idle_bonds and idle_power:
             plain = system.spec.lagrangian is None and system.vector is None
             fixed = "positions" if plain and not system.moved_in_time else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)
         found += energies_of_parts(system, states, kept)
         found = [*with_breaks(system, states, found, actions or actions_in(system))]
-    return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
+    return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found), timed)
 
 
 def without_kinetic(states: Sequence[RandomState]) -> NDArray[np.bool_]:

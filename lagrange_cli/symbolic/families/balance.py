@@ -47,7 +47,7 @@ def balance(
         because += plain if given.spec.lagrangian is None and straight else ""
         conserved.append(between(Conserved("h", sympy.S.Zero, because), names["h"]))
     else:
-        reasons = [] if given.system.steady_potential else ["`L` contains `t` explicitly"]
+        reasons = ["`L` contains `t` explicitly"] if constants.timed else []
         power = sympy.Add(
             *(
                 Summed(tidy(one.expression * symbol_of(one, velocity_name(one.family.name)), given.order),
