@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
+from lagrange_cli.families.arrays import Array
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 
 if TYPE_CHECKING:
-    from lagrange_cli.families.conserved.conservation import RandomState
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
 
 LATER = 0.7
 """The time after which L is compared."""
@@ -22,7 +25,19 @@ EVEN = "sin", "cos"
 """Functions of t that are as large later as they are at first."""
 
 
-def contains_time(system: FamilySystem, states: Sequence[RandomState]) -> bool:
+class State(Protocol):
+    """A state of a system at ``t``, its parameters, the signs of its modes, and the ``values`` of
+    expressions."""
+
+    t: float
+    q: Values
+    v: Values
+    parameters: Values
+    signs: dict[Array, Values]
+    values: FamilyValues
+
+
+def contains_time(system: FamilySystem, states: Sequence[State]) -> bool:
     """Whether L depends on t explicitly. Where joints move with t, it is compared at two times, in random
     states; if functions of t other than sin, cos and powers are in it, it is said to depend on t."""
     if system.steady_potential:
@@ -49,7 +64,7 @@ def is_even(node: Node) -> bool:
     return node.kind in (Kind.SYMBOL, Kind.SUM)
 
 
-def differs(system: FamilySystem, state: RandomState) -> bool:
+def differs(system: FamilySystem, state: State) -> bool:
     """Whether L is not the same later, in the same state."""
     later = FamilyValues(system, state.t + LATER, state.q, state.v, state.parameters, state.signs)
     kinetic, potential = (
