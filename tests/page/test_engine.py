@@ -322,6 +322,22 @@ def test_balls_whose_impacts_are_almost_at_one_time_do_not_fall_through_the_floo
     assert min(found["q"]) > 0.2 * math.sin(6 * 4) - 1e-9
 
 
+def test_pages_replay_friction_that_constraints_bind_together():
+    """Blocks that a coupling holds together: a page does not choose what slips then."""
+    text = """
+sizes: {N: 12}
+coordinates: {"x[i in range(N)]": {initial: i}}
+masses: {"block[i in range(N)]": 1}
+positions: {"block[i in range(N)]": "x[i]"}
+potential: 8*(x[0] - t)**2
+constraints: {"coupling[i in range(1, N)]": "x[i] - x[i - 1] - 1"}
+generalized_forces: {"x[i in range(N)]": "-0.4*sign(x_dot[i])"}
+solve: {stop: 2}
+"""
+    page = view(read_shown(text.encode(), "train.yaml", Request()))
+    assert not page.live and page.why.startswith("Friction of many members beside constraints is computed")
+
+
 def test_a_trail_is_seen_from_the_point_that_is_followed():
     """As in a film: a particle that keeps its distance from it leaves no trail."""
     engine = engine_of("pendulum")

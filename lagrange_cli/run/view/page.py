@@ -72,7 +72,7 @@ def page(
         program, recording, notice = programmed(motion, derived)
         drawing = drawn(motion, followed)
         shown = {"members": [*members], "conserved": [*recording.conserved], "notice": notice}
-        why = why or sliding(program) or beginning(program) or too_large(program.text)
+        why = why or sliding(program) or bound(program) or beginning(program) or too_large(program.text)
         if why and members:
             raise UsageError(f"the motions cannot be computed on a page: {why}")
         replays = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
@@ -194,6 +194,13 @@ def sliding(program: Program) -> str:
 
     holds = any(program.guards[j] >= 0 or program.guards[j] == EXPLICIT for j, _ in program.vectors)
     return "Friction against a vector is computed by lagrange solve only." if holds else ""
+
+
+def bound(program: Program) -> str:
+    """Why a page cannot follow friction that constraints bind together, as a sentence; empty if there is
+    none."""
+    holds = program.rows_of_guards.bound
+    return "Friction of many members beside constraints is computed by lagrange solve only." if holds else ""
 
 
 def beginning(program: Program) -> str:
