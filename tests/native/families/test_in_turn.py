@@ -55,7 +55,7 @@ def linkage(source, groups, single):
     slopes = np.zeros((4 * groups + single, 5 * groups))
     for k in range(groups):
         own = source.integers(-3, 4, (3, 5)).astype(float)
-        mixed = source.integers(-2, 3, 3) @ own
+        mixed = source.choice([-2, -1, 1, 2], 3) @ own  # a constraint without slopes is none
         slopes[4 * k : 4 * k + 4, 5 * k : 5 * k + 5] = source.permutation([*own, mixed])
     for row in slopes[4 * groups :]:
         begin = int(source.integers(0, 5 * groups - 7))
