@@ -42,7 +42,7 @@ class Contacts:
     @property
     def single(self) -> bool:
         """Whether each holds one coordinate."""
-        return self.reads.shape[1] == self.count
+        return bool(self.reads.shape[1] == self.count)
 
 
 @dataclass(frozen=True, eq=False)
