@@ -39,6 +39,11 @@ class Contacts:
         """The number of contacts."""
         return len(self.events)
 
+    @property
+    def single(self) -> bool:
+        """Whether each holds one coordinate."""
+        return bool(self.reads.shape[1] == self.count)
+
 
 @dataclass(frozen=True, eq=False)
 class Push:

@@ -55,7 +55,7 @@ def separate(
     covered = np.zeros(builder.q.count, dtype=bool)
     for term in masses.terms:
         covered[term.targets] = True
-    if not covered.all() or (coupled and whole is None):
+    if not covered.all() or (coupled and whole is None and not spec.bodies):
         raise Unsuited
     if whole is not None:
         whole.elimination  # noqa: B018 - refuses what is coupled to too much

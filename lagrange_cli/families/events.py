@@ -70,8 +70,12 @@ class Events:
         doubles, and impulses follow where there are series."""
         if parts == 1 and not (scheme and self.pushing is not None):
             return self
-        left = self.simple if parts > 1 or self.pushing is None else self.pushing
-        simple = self.simple & ~left
+        return self.without_simple(self.simple if parts > 1 or self.pushing is None else self.pushing)
+
+    def without_simple(self, some: NDArray[np.bool_]) -> Events:
+        """The same where the caller carries out ``some`` of the simple actions, among them all after which
+        constraints have impulses."""
+        simple = self.simple & ~some
         affected = tuple(one for one in self.affected if simple[one[0]])
         return replace(self, simple=simple, affected=affected, pushing=None)
 

@@ -68,7 +68,10 @@ _WHOLE: list[tuple[Spec, Spec]] = []
 
 def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
-    who goes through its members finds what. Numbers are those of an ``algebra``."""
+    who goes through its members finds what. Numbers are those of an ``algebra``. What is written singly is a
+    domain of one: where no coordinate is repeated, loops save nothing."""
+    if not spec.coordinate_families:
+        return None
     found = any_family_system(spec, algebra)
     if found is None or (spec.nonholonomic and found.q.count < fewest_bound(found)):
         return None
@@ -126,7 +129,7 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
         if known is spec and numbers is algebra:
             return found, why
     found, why = None, ()
-    if spec.coordinate_families and not any(getattr(spec, part) for part in UNKNOWN):
+    if not any(getattr(spec, part) for part in UNKNOWN):
         try:
             found = made(spec, algebra)
         except Unsuited as error:

@@ -79,7 +79,7 @@ def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra
     """The system as one of families, if its members are followed in loops: if they are many, or if forces
     hide from ``method`` only where members are written out."""
     system = family_system(spec, algebra)
-    if system is not None or method != MANY_BODIES:
+    if system is not None or method != MANY_BODIES or not spec.coordinate_families:
         return system
     few = any_family_system(spec, algebra)
     if few is None or any((few.joints, few.bonds, few.smooth, few.events, few.bodies)):
@@ -126,8 +126,8 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 
 def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | WrittenOut:
     """The same, or why members are written out."""
-    method, needs = compilation.method, METHODS[compilation.method].needs
-    if needs is Needs.JACOBIAN:
+    method = compilation.method
+    if METHODS[method].needs is Needs.JACOBIAN:
         return WrittenOut(f"--method {method}", "use --method taylor")
     outputs = compilation.outputs - INTEGRALS
     others = [one for one in sorted(outputs) if not known([one])]
@@ -143,12 +143,18 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(redundant)
     if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system, method)):
         return OTHER
+    return looped(system, compilation)
+
+
+def looped(system: FamilySystem, compilation: Compilation) -> FamilySystem | WrittenOut:
+    """The system as loops follow it, or why its members are written out, however few they are."""
+    outputs = compilation.outputs - INTEGRALS
     if compilation.section == SECTION:
         from lagrange_cli.integrate.unchanging import may_be_conserved
 
         if may_be_conserved(system):
             return WrittenOut("a surface that may be conserved", "let --where depend on coordinates alone")
-    if needs is Needs.SERIES and unproven(system, compilation):
+    if METHODS[compilation.method].needs is Needs.SERIES and unproven(system, compilation):
         way = "use --method ias15, which proves no steps"
         if compilation.proven:
             way = "leave out --proven"

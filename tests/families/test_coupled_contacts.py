@@ -62,7 +62,14 @@ events:
     direction: falling
     action: {{set: {{"y_dot[i]": "0.4 - {e}*(y_dot[i] - 0.4)"}}}}
 """
-CASES = {"bobs on rods": BOBS + FLOOR, "bobs on a slope": BOBS + SLOPE, "a pile": PILE, "lifts": LIFT}
+SOFT = BOBS.replace("*g*y[i] for", "*g*y[i] + 9*max(0, 0.4 - y[i])**2 for")
+CASES = {
+    "bobs on rods": BOBS + FLOOR,
+    "bobs on springs": SOFT + FLOOR,
+    "bobs on a slope": BOBS + SLOPE,
+    "a pile": PILE,
+    "lifts": LIFT,
+}
 SAMPLES = 2.0**-27
 """A bound for samples: impacts make rounding errors grow."""
 

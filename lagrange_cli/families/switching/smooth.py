@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.switching.switches import Switching
 from lagrange_cli.records import replace
@@ -28,9 +29,11 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
 
 def smooth_of(system: FamilySystem) -> FamilySystem | None:
     """The system with modes in place of switches, if it has any."""
-    smooth = with_modes(system)
-    if smooth is not None and system.contacts is not None and smooth.modes and smooth.modes.limits:
-        raise Unsuited  # friction would have to know the forces of contact
+    smooth, contacts = with_modes(system), system.contacts
+    rubbing = smooth is not None and smooth.modes is not None and smooth.modes.limits
+    between = contacts is not None and (isinstance(contacts, Coupled) or not contacts.single)
+    if rubbing and between:
+        raise Unsuited  # friction would have to know the forces between what touches
     return smooth
 
 

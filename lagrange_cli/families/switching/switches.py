@@ -183,8 +183,7 @@ class Switching(Switched):
         """The system with modes."""
         system, events = self.system, self.system.events
         if events is not None:  # modes may have to be chosen after an action
-            arguments = self.of(events.arguments)
-            events = replace(events, arguments=arguments, simple=np.zeros_like(events.simple), affected=())
+            events = replace(events.without_simple(events.simple), arguments=self.of(events.arguments))
         roots = roots_of(self, self.numbers[1], self.turned)
         needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, roots=roots)
         if self.held is not None:

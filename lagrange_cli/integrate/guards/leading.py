@@ -42,13 +42,14 @@ class Leading(Unfelt):
         return float(self._multipliers([j])[0])
 
     def _multipliers(self, guards: Sequence[int]) -> Array:
-        """The multipliers of guards, infinite where limits are 0, but forces are not."""
+        """The multipliers of guards, infinite where limits are 0, but forces are not; no finite numbers where
+        contact holds what friction would have to take along."""
         rows, limited = self._forces[guards], self._limited[guards]
         found: Array = self._here[rows, 0]
         if np.count_nonzero(limited):
             above, below = found[limited], self._here[rows[limited] + 1, 0]
-            force, limit = above - below, above + below
             with np.errstate(divide="ignore", invalid="ignore"):
+                force, limit = above - below, above + below
                 found[limited] = np.where(limit != 0.0, force / limit, np.where(force != 0.0, np.inf, 0.0))
         return found
 

@@ -185,10 +185,11 @@ class Resting:
         return abs(value) <= near and abs(rate) <= self.noise()[event] and not back
 
     def let_stand(self, event: int) -> None:
-        """Go on there, from where rounding does not lead it beyond 0 again and again."""
-        noise = self.noise()
-        self._sides.settling.mark([event + self._sides.first])
-        if self._touching.part(event, noise):
+        """Go on there; if rounding leads it beyond 0 again, from where that does not happen."""
+        noise, settling, j = self.noise(), self._sides.settling, event + self._sides.first
+        again = settling.marks[j] > 0.0
+        settling.mark([j])
+        if again and self._touching.part(event, noise):
             self.released.add(event)
 
     def touches(self, event: int) -> bool:

@@ -104,6 +104,11 @@ class GuardSearch:
         return found.get()
 
     @property
+    def _resting(self) -> bool:
+        """Whether the motion may rest in contact. That ends where friction that holds it is at its limit."""
+        return any(one.role is Role.REST for one in self.rows.guards)
+
+    @property
     def _breaks(self) -> tuple[Role, ...]:
         """The role of breaks, if there are any."""
         return (Role.BREAK,) * any(one.role is Role.BREAK for one in self.rows.guards)
@@ -288,8 +293,13 @@ class GuardSearch:
 
         def against_one() -> None:
             row = self.lengths.place(f, f.load_integer("@guard_multipliers", j))
+            bound = Real(f, "%unit")
+            if self._resting:
+                most = bound * (HELD - 1.0)
+                at_limit = f.magnitude(f.magnitude(f.load(row, self.lengths.term)) - bound) <= most
+                bound = f.select(at_limit, bound + most, bound)
             for side in (-1.0, 1.0):
-                look(row, Real(f, "%unit"), f.constant(side), seen, j)
+                look(row, bound, f.constant(side), seen, j)
 
         if not any(one.limit for one in self.rows.guards):
             against_one()
@@ -308,10 +318,11 @@ class GuardSearch:
         """By how much a force, or the square of one, may exceed its limit, twice which is ``both``: if they
         are equal at the beginning, rounding does not decide."""
         nothing = f.constant(0.0)
-        if not (sliding(self.rows) or self.rows.bound):
+        anywhere = self.rows.bound or self._resting
+        if not (sliding(self.rows) or anywhere):
             return nothing
         most = f.magnitude(both) * (HELD - 1.0)
         at_limit = f.magnitude(f.load(row, self.lengths.term)) <= most
-        if not self.rows.bound:
+        if not anywhere:
             at_limit = at_limit & ~f.load_integer("@guard_vectors", j).equals(0)
         return f.select(at_limit, most, nothing)
