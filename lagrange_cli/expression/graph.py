@@ -130,8 +130,8 @@ class Graph(NormalForms):
         return known[node]
 
     def _on_side(self, node: Node, decides: tuple[Node, int], side: int) -> Node:
-        """``node`` with the branch ``side`` of switches by this argument, in terms, factors and branches. Those
-        that take another side where it is 0 stay: it may be a constant."""
+        """``node`` with the branch ``side`` of switches by this argument, in terms, factors and branches.
+        Those that take another side where it is 0 stay: it may be a constant."""
         made: dict[Node, Node] = {}
         for one in reachable([node], lambda inner: inner.kind in (Kind.SWITCH, Kind.SUM, Kind.PRODUCT)):
             parts = [made.get(argument, argument) for argument in one.arguments]
