@@ -25,7 +25,7 @@ class Graph(NormalForms):
         self._derivatives: dict[tuple[int, int], Node] = {}
         self._arguments: dict[Node, dict[int, list[tuple[Node, Any]]]] = {}
         self._split: dict[tuple[Node, int], tuple[Node, Node]] = {}
-        self._vanishing: dict[Node, Node | None] = {}
+        self._vanishing: dict[Node, tuple[Node, int] | None] = {}
 
     def check_numbers(self) -> None:
         """Raise ``BeyondDoubles`` where a number is no double, as those of exact graphs may be."""
@@ -108,10 +108,11 @@ class Graph(NormalForms):
         if decides is None:
             return self.product([*slope, (rate, 1)])
         above, below = (self._chained(slope, self._on_side(rate, decides, k), most - 1) for k in (1, 2))
-        return self.switch(decides, above, below)
+        return self.switch(decides[0], above, below, decides[1])
 
-    def _vanishes_by(self, node: Node) -> Node | None:
-        """The argument of a switch that has to be on one side for ``node`` to be 0 all along, if any has."""
+    def _vanishes_by(self, node: Node) -> tuple[Node, int] | None:
+        """The argument of a switch that has to be on one side for ``node`` to be 0 all along, if any has, and
+        the side that the switch takes where this is 0."""
         known = self._vanishing
         for one in reachable([node], lambda inner: inner not in known):
             below = [known[argument] for argument in one.arguments]
@@ -119,7 +120,7 @@ class Graph(NormalForms):
             if one.kind is Kind.SWITCH:
                 u, *branches = one.arguments
                 zero = any(a.is_zero or by is not None for a, by in zip(branches, below[1:]))
-                known[one] = u if zero else None
+                known[one] = (u, one.data) if zero else None
             elif one.kind is Kind.SUM:
                 known[one] = found if not one.data[0] and None not in below else None
             elif one.kind is Kind.PRODUCT:
@@ -128,14 +129,16 @@ class Graph(NormalForms):
                 known[one] = None
         return known[node]
 
-    def _on_side(self, node: Node, decides: Node, side: int) -> Node:
-        """``node`` with the branch ``side`` of switches by this argument, in terms, factors and branches."""
+    def _on_side(self, node: Node, decides: tuple[Node, int], side: int) -> Node:
+        """``node`` with the branch ``side`` of switches by this argument, in terms, factors and branches.
+        Those that take another side where it is 0 stay: it may be a constant."""
         made: dict[Node, Node] = {}
         for one in reachable([node], lambda inner: inner.kind in (Kind.SWITCH, Kind.SUM, Kind.PRODUCT)):
             parts = [made.get(argument, argument) for argument in one.arguments]
             if one.kind is Kind.SWITCH:
                 u, above, below = parts
-                made[one] = parts[side] if u is decides else self.switch(u, above, below, one.data)
+                known = (u, one.data) == decides
+                made[one] = parts[side] if known else self.switch(u, above, below, one.data)
             elif one.kind is Kind.SUM:
                 constant, coefficients = one.data
                 made[one] = self.sum([(self.constant(constant), 1.0), *zip(parts, coefficients)])

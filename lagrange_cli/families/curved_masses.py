@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Chain, Slots, Term, Total
+from lagrange_cli.families.arrays import Array, Chain, Slots, Source, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import Product
+from lagrange_cli.families.slopes import slopes
 
 
 def fixed(builder: FamilyBuilder, node: Node) -> bool:
@@ -24,17 +25,26 @@ def fixed(builder: FamilyBuilder, node: Node) -> bool:
     if node.symbols & builder.time.symbols:
         return False
     constant = builder.given, builder.whole
-    return all(slot.array in constant for _, slot in builder.slots.inside(node))
+    arrays = (slot.array for _, slot in builder.slots.inside(node))
+    return all(one in constant or still(builder, one) for one in arrays)
 
 
 def bends(builder: FamilyBuilder, node: Node) -> bool:
-    """Whether a mass may be this: a smooth function of coordinates and of t, without sums that move."""
-    slots, moving = builder.slots, builder.time.symbols | builder.slots.symbols_of(builder.q)
+    """Whether a mass may be this: a smooth function of coordinates, of sums of such functions, and of t."""
+    slots, moving = builder.slots, builder.time.symbols | builder.slots.symbols_of(builder.q, totals=True)
     known = builder.q, builder.given, builder.whole
     for _, slot in slots.inside(node):
-        if slot.array not in known and not still(builder, slot.array):
+        if slot.array not in known and not (still(builder, slot.array) or summed(builder, slot.array)):
             return False
     return not any(one.kind is Kind.SWITCH and one.symbols & moving for one in reachable([node]))
+
+
+def summed(builder: FamilyBuilder, array: Array) -> bool:
+    """Whether an array has sums of smooth functions of coordinates."""
+    if not isinstance(array, Total) or isinstance(array, Chain):
+        return False
+    nodes = [one.node for one in array.terms]
+    return all(bends(builder, one) and not one.symbols & builder.time.symbols for one in nodes)
 
 
 def still(builder: FamilyBuilder, array: Array) -> bool:
@@ -56,16 +66,29 @@ def merged(slots: Slots, v: Array, products: Iterable[Product]) -> tuple[Product
     return tuple(found.values())
 
 
-def inertia(builder: FamilyBuilder, products: Iterable[Product]) -> tuple[list[Term], list[Term]]:
-    """-dT/dq, and dp/dt at constant velocities, for these parts of T."""
+def inertia(
+    builder: FamilyBuilder, products: Iterable[Product]
+) -> tuple[list[Term], list[Term], list[Total]]:
+    """-dT/dq, and dp/dt at constant velocities, for these parts of T; and the totals that the first one takes
+    where masses contain sums."""
     slots, graph = builder.slots, builder.graph
-    gradient, rates = list[Term](), list[Term]()
+    gradient, rates, summing = list[Term](), list[Term](), list[Term]()
     for one in products:
         v, w = (slots.symbol(one.domain, builder.v, table) for table in (one.first, one.second))
-        for symbol, slot in slots.inside(one.node):
-            if slot.array is builder.q:
-                slope = graph.diff(one.node, symbol)
-                gradient.append(Term(one.domain, -(slope * v * w), slot.table))
+        inside = [*slots.inside(one.node)]
+        if all(slot.array.source is not Source.TOTAL or still(builder, slot.array) for _, slot in inside):
+            for symbol, slot in inside:
+                if slot.array is builder.q:
+                    slope = graph.diff(one.node, symbol)
+                    gradient.append(Term(one.domain, -(slope * v * w), slot.table))
+        else:
+            summing.append(Term(one.domain, -(one.node * v * w), one.domain.together))
         change = builder.rate(one.node, one.domain)
         rates += [Term(one.domain, change * w, one.first), Term(one.domain, change * v, one.second)]
-    return gradient, rates
+    if not summing:
+        return gradient, rates, []
+    whole = total_of(1, summing, graph)
+    (more,), taken = slopes(
+        slots.own(builder.root, whole), builder.root, [*builder.totals, whole], slots, builder.q
+    )
+    return [*gradient, *more.terms], rates, taken

@@ -61,13 +61,14 @@ def separate(
         whole.elimination  # noqa: B018 - refuses what is coupled to too much
         builder.totals.append(whole.entries)
     (gradient, vector), needed = slopes(potential, builder.root, totals, slots, builder.q, builder.v)
-    changes, gained = inertia(builder, whole.curved) if whole is not None else ([], [])
+    changes, gained, taken = inertia(builder, whole.curved) if whole is not None else ([], [], [])
     quadratic = total_of(builder.q.count, [*changes, *gained], graph) if gained else None
     gradient = total_of(builder.q.count, [*gradient.terms, *changes], graph)
     if vector.terms:
         builder.totals += needed
         needed = []
         gained += [Term(one.domain, -builder.rate(one.node, one.domain), one.targets) for one in vector.terms]
+    needed += taken
     rates = total_of(builder.q.count, [*gradient.terms, *gained], graph) if gained else gradient
     terms, _, beside = applied_forces(builder, spec, ())
     forces = total_of(builder.q.count, [*opposite(rates.terms), *terms], graph)

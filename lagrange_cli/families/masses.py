@@ -9,7 +9,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places, distinct
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Domain, Slot, Term, Total, total_of
+from lagrange_cli.families.arrays import Domain, Slot, Slots, Term, Total, placed, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.coupled_masses import CoupledMasses, Product, coupled_masses
 from lagrange_cli.families.curved_masses import bends, fixed, merged
@@ -17,7 +17,7 @@ from lagrange_cli.families.description import Component
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
 from lagrange_cli.families.spins import with_spins
-from lagrange_cli.families.velocity_sums import products_of, sums_in
+from lagrange_cli.families.velocity_sums import MOST_CURVED, products_of, sums_in
 from lagrange_cli.mechanics.multiplied_out import halved_squares, without_time
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, replace
@@ -128,8 +128,6 @@ def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
     coordinates, and of bodies that turn."""
     speeds: dict[Domain, list[tuple[Node, Node]]] = {}
     for _, _, domain, x, mass in components(builder, spec):
-        if any(isinstance(slot.array, Total) for _, slot in builder.slots.inside(x)):
-            raise Unsuited
         speeds.setdefault(domain, []).append((mass, builder.rate(x, domain)))
     for body in (piece for group in builder.bodies.values() for piece in group.pieces(builder)):
         turning = [(mass, u) for mass, _, velocity in body.carriers(builder.algebra) for u in velocity]
@@ -149,6 +147,11 @@ def kinked(node: Node, by: Iterable[Node]) -> bool:
     return any(one.kind is Kind.SWITCH and one.symbols & symbols for one in reachable([node]))
 
 
+def everywhere(slots: Slots, node: Node, domain: Domain) -> Node:
+    """An expression of the one member of its domain, for all members of another."""
+    return placed(slots, node, domain, np.zeros(domain.count, dtype=np.int64))
+
+
 def separated(
     builder: FamilyBuilder, lagrangian: Node, products: list[Product] | None = None, *, curved: bool = False
 ) -> tuple[Node, Total]:
@@ -157,8 +160,11 @@ def separated(
     So are masses that are no constants, unless they may be ``curved``.
     """
     graph, slots = builder.graph, builder.slots
-    linear = factors(lagrangian, builder.totals, slots)
+    linear = factors(lagrangian, slots, lambda slope: curved and bends(builder, slope))
     masses, noted = list[Term](), list[Product]() if products is None else products
+
+    def known(mass: Node) -> bool:
+        return fixed(builder, mass) or (curved and bends(builder, mass))
 
     def parted(domain: Domain, node: Node, factor: Node | None) -> Node:
         """Without its terms M v^2/2, whose masses are noted, and multiplied out where t vanishes then."""
@@ -170,25 +176,24 @@ def separated(
         at_rest = {s: graph.zero for s, _ in speeds}
         momenta = [graph.diff(node, s) for s, _ in speeds]
         left, *offsets = substituted(graph, [node, *momenta], at_rest)
+        constant = factor is None or not factor.symbols
+        scale = factor if factor is None or constant else everywhere(slots, factor, domain)
         for (symbol, slot), momentum, own in zip(speeds, momenta, offsets):
             mass = graph.diff(momentum, symbol)
             others = [(graph.diff(momentum, s), other) for s, other in speeds if s is not symbol]
             coupled = [(each, other) for each, other in others if not each.is_zero]
-            known = all(
-                fixed(builder, one) or (curved and bends(builder, one))
-                for one in (mass, *(each for each, _ in coupled))
-            )
-            if (coupled and products is None) or not known or kinked(momentum, at_rest):
+            masses_known = all(known(one) for one in (mass, *(each for each, _ in coupled)))
+            if (coupled and products is None) or not masses_known or kinked(momentum, at_rest):
                 raise Unsuited
             left += own * symbol
             if mass.is_zero and not coupled:
                 continue
-            if factor is None:
+            if scale is None or not (constant or curved):
                 raise Unsuited
             if not mass.is_zero:
-                masses.append(Term(domain, factor * mass, slot.table))
+                masses.append(Term(domain, scale * mass, slot.table))
             for each, other in coupled:  # a product comes twice
-                noted.append(Product(domain, 0.5 * factor * each, slot.table, other.table))
+                noted.append(Product(domain, 0.5 * scale * each, slot.table, other.table))
         return left
 
     def without_products(node: Node, factor: Node | None, speeds: Sequence[tuple[Node, Slot]]) -> Node:
@@ -200,13 +205,15 @@ def separated(
                 each = graph.diff(momentum, other)
                 if each.is_zero:
                     continue
-                if products is None or factor is None or not fixed(builder, each):
+                if products is None or factor is None or factor.symbols or not known(each):
                     raise Unsuited
                 each = 0.5 * each if other is symbol else each
                 found = [*products_of(slots, factor * each, slot, of_other, builder.v)]
-                if not all(fixed(builder, one.node) for one in found):
+                if not all(known(one.node) for one in found):
                     raise Unsuited
                 noted.extend(found)
+                if sum(p.domain.count for p in noted if not fixed(builder, p.node)) > MOST_CURVED:
+                    raise Unsuited
         if len(noted) > before:
             at_rest = {s: graph.zero for s, _ in sums}
             linear_in = [graph.diff(node, s) for s, _ in sums]
@@ -225,7 +232,8 @@ def separated(
     potential = -parted(builder.root, lagrangian, graph.one)
     for symbol, slot in [*slots.of.items()]:
         if isinstance(slot.array, Total) and slot.array in replaced:
-            other = slots.symbol(slot.domain, replaced[slot.array], slot.table)
+            made = replaced[slot.array]
+            other = slots.symbol(slot.domain, made, slot.table) if made.terms else graph.zero
             potential = substituted(graph, [potential], {symbol: other})[0]
             for total in builder.totals:
                 if any(one.node.symbols & symbol.symbols for one in total.terms):

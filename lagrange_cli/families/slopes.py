@@ -6,7 +6,7 @@ Derivatives, 2008, ch. 3): what a slot was read from is what its derivative is a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -58,9 +58,11 @@ def adjoint(total: Total, terms: Sequence[Term], graph: Graph) -> Total:
     return total_of(total.count, terms, graph, total.tree, back=not total.back)
 
 
-def factors(root: Node, totals: Sequence[Total], slots: Slots) -> Mapping[Total, Node]:
-    """The totals that ``root`` is a linear function of with fixed numbers, directly or through others, and
-    these numbers. No other total is among them."""
+def factors(
+    root: Node, slots: Slots, known: Callable[[Node], bool] = lambda _: False
+) -> Mapping[Total, Node]:
+    """The totals that ``root`` is a linear function of, directly or through others, with coefficients that
+    are numbers or otherwise ``known``, and these coefficients. No other total is among them."""
     graph = slots.graph
     found: dict[Total, Node] = {}
     pending: list[tuple[Node, Node]] = [(root, graph.one)]
@@ -68,7 +70,9 @@ def factors(root: Node, totals: Sequence[Total], slots: Slots) -> Mapping[Total,
         node, factor = pending.pop()
         for symbol, slot in slots.inside(node):
             slope = graph.diff(node, symbol)
-            if isinstance(slot.array, Total) and slot.array.count == 1 and not slope.symbols:
+            if not isinstance(slot.array, Total) or slot.array.count > 1:
+                continue
+            if not slope.symbols or (graph.diff(slope, symbol).is_zero and known(slope)):
                 found[slot.array] = found.get(slot.array, graph.zero) + factor * slope
                 pending += [(one.node, factor * slope) for one in slot.array.terms if one.domain.count == 1]
     return found

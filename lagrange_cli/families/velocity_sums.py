@@ -14,10 +14,12 @@ from lagrange_cli.families.arrays import Array, Chain, Domain, Slot, Slots, Tota
 from lagrange_cli.families.coupled_masses import Product
 from lagrange_cli.families.tables import count_met, met
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 MOST = 2**22
 """Products up to which they are looked at one by one."""
+MOST_CURVED = 2**16
+"""Those that are no constants up to which each may have a series of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +33,20 @@ class Velocities:
     members: Places
 
 
+def speeds(slots: Slots, array: Array, velocities: Array) -> bool:
+    """Whether an array has velocities, or sums of them or of such sums."""
+    if not isinstance(array, Total):
+        return array is velocities
+    made = slots.made_of([one.node for one in array.terms])
+    return any(slots.moving(one, {velocities}) for one in made)
+
+
 def sums_in(slots: Slots, node: Node, velocities: Array) -> list[tuple[Node, Slot]]:
     """The sums in an expression that contain velocities."""
     return [
         (symbol, slot)
         for symbol, slot in slots.inside(node)
-        if isinstance(slot.array, Total)
-        and any(slots.moving(one.node, {velocities}) for one in slot.array.terms)
+        if isinstance(slot.array, Total) and speeds(slots, slot.array, velocities)
     ]
 
 
@@ -51,16 +60,31 @@ def velocities_of(slots: Slots, slot: Slot, velocities: Array) -> Iterator[Veloc
     if isinstance(total, Chain):
         raise Unsuited
     for term in total.terms:
-        speeds = [(s, one) for s, one in slots.inside(term.node) if one.array is velocities]
-        (rest,) = substituted(slots.graph, [term.node], {s: slots.graph.zero for s, _ in speeds})
+        inside = [(s, one) for s, one in slots.inside(term.node) if speeds(slots, one.array, velocities)]
+        (rest,) = substituted(slots.graph, [term.node], {s: slots.graph.zero for s, _ in inside})
         if not rest.is_zero:
             raise Unsuited
         owners, members = joined(slot.table, term.targets)
-        for symbol, one in speeds:
+        for symbol, one in inside:
             slope = slots.graph.diff(term.node, symbol)
-            if slots.moving(slope, {velocities}):
+            if any(speeds(slots, other.array, velocities) for _, other in slots.inside(slope)):
                 raise Unsuited
-            yield Velocities(owners, one.table[members], slope, members)
+            if one.array is velocities:
+                yield Velocities(owners, one.table[members], slope, members)
+                continue
+            for own in velocities_of(slots, replace(one, table=one.table[members]), velocities):
+                yield multiplied(slots, slope, members, owners, own)
+
+
+def multiplied(slots: Slots, slope: Node, members: Places, owners: Places, own: Velocities) -> Velocities:
+    """The velocities of sums within a sum: of some ``members`` of a term, each with its owner, times the
+    term's ``slope`` by them."""
+    which = members[own.owners]
+    if own.slope is None:
+        return Velocities(owners[own.owners], own.rows, slope, which)
+    domain = Domain(len(which))
+    both = placed(slots, slope, domain, which) * placed(slots, own.slope, domain, own.members)
+    return Velocities(owners[own.owners], own.rows, both, domain.every)
 
 
 def joined(first: Places, second: Places) -> tuple[Places, Places]:

@@ -76,7 +76,7 @@ def unsuited(spec: Spec) -> WrittenOut:
                 return coupled(spec.forces[part].values())
             way = "write it in terms of neighbours, without jumps"
             return WrittenOut(f"what '{part}' contains", way, kinked(spec.forces[part].values()))
-    what = "these energies (loops over members need masses without kinks and without sums over members, or "
+    what = "these energies (loops over members need masses without kinks, or "
     what += "chains and trees of angles with up to four coordinates in a joint, and forces that do not jump "
     what += "with positions or velocities)"
     return WrittenOut(what, "write energies of this form", kinked(energies))

@@ -35,6 +35,7 @@ LOW = 4
 ROOTS = frozenset({"sqrt", "norm"})
 HIDING = ROOTS | {"exp"}
 NARROW = HIDING | {"tanh", "atan", "sinh", "cosh"}
+SINGULAR = NARROW | {"tan", "asin", "acos", "log", "atan2"}
 LOOSE = 1e-9
 """The tightest tolerance at which steps of order 5 are few enough."""
 
@@ -53,7 +54,8 @@ def chosen_method(
     fine = default if tolerance is None else tolerance
     weighed = fine >= finest and (terms >= TERMS * count > 0 or may_hide(spec))
     damped = fine >= LOOSE and may_be_narrow(spec)
-    if not weighed and not damped and not may_drag(spec):
+    proven = fine >= finest and may_be_singular(spec)
+    if not weighed and not damped and not proven and not may_drag(spec):
         return TAYLOR, ""
     look = kept if cached else examined
     method, _, why = look(spec, outputs, fine if weighed else None, damped).partition(" ")
@@ -92,6 +94,17 @@ def may_drag(spec: Spec) -> bool:
 def may_be_narrow(spec: Spec) -> bool:
     """Whether forces may be narrow, as far as their form shows."""
     return any(isinstance(one, Call) and one.function in NARROW for one in parts_of_forces(spec))
+
+
+def may_be_singular(spec: Spec) -> bool:
+    """Whether energies, positions and constraints may have functions for which steps by series have to be
+    proven, as far as their form shows."""
+    sections = spec.definitions, spec.embedding, spec.constraints, spec.nonholonomic
+    listed = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
+    listed += [one for section in sections for one in distinct(written(section))]
+    return any(
+        isinstance(one, Call) and one.function in SINGULAR for given in listed for one in parts(given.tree)
+    )
 
 
 def parts_of_forces(spec: Spec) -> Iterator[Tree]:

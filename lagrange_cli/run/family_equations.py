@@ -206,9 +206,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
     if spec.forces and without_constraints(replace(spec, forces={})) is not None:
         return "its forces are of a kind that is not printed with indices, so every member is written out"
-    kinds = (
-        "masses without kinks and without sums over members, or chains and trees of 12 coordinates or more"
-    )
+    kinds = "masses without kinks, or chains and trees of 12 coordinates or more"
     return f"every member is written out, since printing with indices needs {kinds}"
 
 

@@ -67,15 +67,19 @@ def lower_functions(
     nodes: Sequence[Node],
     multipliers: Sequence[Node] = (),
     ahead: int = FREE,
+    others: Sequence[Node] = (),
 ) -> SeriesProgram:
     """The series program of the functions ``nodes`` of ``symbols`` whose series are known, so many orders
-    ``ahead``, of t, and of ``multipliers`` that are found with the accelerations."""
+    ``ahead``, of t, of ``multipliers`` that are found with the accelerations, and of ``others`` whose series
+    are known up to the same order."""
     builder = SeriesBuilder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
     known = [builder.add(Series(Op.COORDINATE, data=i, node=one, order=0)) for i, one in enumerate(symbols)]
     builder.by_node.update(zip(symbols, known))
     unknown = [builder.add(Series(Op.MULTIPLIER, node=one, order=2)) for one in multipliers]
     builder.by_node.update(zip(multipliers, unknown))
+    for one in others:
+        builder.by_node[one] = builder.add(Series(Op.COORDINATE, node=one, order=0))
     builder.lower_all(nodes)
     roots = [builder.by_node[node] for node in nodes]
     set_levels(builder.series, [(roots, 0), (known, ahead)])

@@ -12,6 +12,7 @@ import pytest
 from scipy.optimize import minimize, minimize_scalar
 
 from lagrange_cli.errors import SpecError
+from lagrange_cli.model.start import closures
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
@@ -231,3 +232,17 @@ def test_a_linkage_out_of_reach_is_refused_before_its_singular_end_is_approached
     assert first.line == 3 and "no value of ax, bx, by, cx" in first.message
     (found,) = numbers(r"ax = (\S+), ay = (\S+), bx = (\S+), by = (\S+),", first.hint)
     np.testing.assert_allclose(found, [2, 0, 3, 0], atol=1e-3)
+
+
+def test_values_may_be_much_larger_than_those_they_follow_from(monkeypatch):
+    """Newton's method goes there, and no places are looked at where two closures might meet: that takes long
+    for each of many members."""
+    monkeypatch.setattr(closures, "near_miss", lambda *_: pytest.fail("a place is looked for otherwise"))
+    found = start("""
+sizes: {N: 40}
+coordinates: {"x[i in range(N)]": {initial: 0.1*cos(i)}, "y[i in range(N)]": {}}
+masses: {"bead[i in range(N)]": 1}
+positions: {"bead[i in range(N)]": ["x[i]", "y[i]"]}
+constraints: {"wire[i in range(N)]": "y[i] - cosh(x[i])"}
+""")
+    assert found.q[40:] == pytest.approx([math.cosh(x) for x in found.q[:40]], rel=1e-15)

@@ -335,3 +335,25 @@ generalized_forces: {{s: -{force}*sign(s_dot)}}
     assert np.all(motion["v/s"][rests] == 0)
     held = follow(text, 1, 3, outputs=("q", "reactions"), sets={"s": 0})
     assert np.all(held["reactions/block"] == 0)  # the sum of both forces is known, not what each of them is
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("potential", "equal", "other"),
+    [
+        ("where(k == 1, max(0, x - 1/2)**2, x**2)", "(x - 1/2)**2", "x**2"),
+        ("where(k != 1, max(0, x - 1/2)**2, x**2)", "x**2", "(x - 1/2)**2"),
+        ("where(k == 1, where(x > 0, x**2, 0), x**4)", "x**2", "x**4"),
+        ("sqrt(1 + where(k != 1, x, 0)**3)", "0", "sqrt(1 + x**3)"),
+        ("(1 + where(k == 1, max(0, x), 0))**2.5", "(1 + x)**2.5", "0"),
+    ],
+)
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_a_parameter_may_have_exactly_the_value_of_a_condition(
+    k: int, potential: str, equal: str, other: str
+) -> None:
+    """The conditions ``k == 1`` and ``k != 1`` differ from ``k >= 1`` and ``k > 1`` at one value."""
+    text = "\nparameters: {{k: {}}}\ncoordinates: {{x: {{initial: 1}}}}\nlagrangian: x_dot**2/2 - {} + 0*k\n"
+    found = follow(text.format(k, potential), 0.3, 4)
+    known = follow(text.format(k, equal if k == 1 else other), 0.3, 4)
+    np.testing.assert_allclose(found["q/x"], known["q/x"], rtol=1e-14)

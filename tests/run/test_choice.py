@@ -57,6 +57,17 @@ potential: >
   -sum(0.001/r[i] for i in range(N)) - sum(1e-6/norm(body[i] - body[j]) for i in range(N) for j in range(i))
 solve: {{stop: 0.5, samples: 3}}
 """
+BEADS_ON_WIRES = """
+sizes: {{N: 10}}
+coordinates:
+  "x[i in range(N)]": {{initial: 0.1*cos(i)}}
+  "y[i in range(N)]": {{}}
+masses: {{"bead[i in range(N)]": 1}}
+positions: {{"bead[i in range(N)]": [x[i], {place}]}}
+potential: sum(9.8*bead[i].y for i in range(N))
+solve: {{stop: 1}}
+{more}
+"""
 
 
 @pytest.mark.exhaustive(keep=6)
@@ -222,6 +233,25 @@ def test_steps_that_cannot_be_proven_in_loops_are_those_of_ias15() -> None:
         assert ("have to be proven" in settings.chosen_because) == (expected == "ias15")
     spec = read_spec(POLAR.format(count=60), "polar.yaml")
     assert family_run(spec, Compilation("ias15", 2.0**-52, frozenset({"q", "v"}))) is not None
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize(
+    ("place", "more"),
+    [
+        ("y[i]", 'constraints: {"wire[i in range(N)]": "y[i] - asin(x[i]/2)"}'),
+        ("y[i]", 'constraints: {"wire[i in range(N)]": "y[i] - cosh(x[i])"}'),
+        ("cosh(x[i]) + y[i]", ""),
+    ],
+)
+def test_places_and_constraints_of_many_members_need_proofs_too(place: str, more: str) -> None:
+    """With Taylor series, 600 members on wires would be refused."""
+    text = BEADS_ON_WIRES.format(place=place, more=more)
+    for count, expected in ("10", "taylor"), ("600", "ias15"):
+        spec = read_spec(text, "wires.yaml", {"N": count})
+        settings = resolve_settings(spec, SolveDefaults())
+        assert settings.method == expected
+        assert ("have to be proven" in settings.chosen_because) == (expected == "ias15")
 
 
 @pytest.mark.exhaustive(keep=0.35)

@@ -80,7 +80,7 @@ def parts_of(system: FamilySystem) -> Parts | None:
 def terms_in(system: FamilySystem) -> list[Tie] | None:
     """The terms of L; None where sums are in functions."""
     slots, graph, everyone = system.slots, system.slots.graph, system.everyone
-    linear = factors(system.potential, system.energies, slots)
+    linear = factors(system.potential, slots)
     given = [(system.root, system.potential, graph.one)]
     given += [(one.domain, one.node, factor) for total, factor in linear.items() for one in total.terms]
     found = list[Tie]()

@@ -258,8 +258,10 @@ class Merging:
         return self._between(inner.arguments[0], first, second, inner.data)
 
     def _between(self, argument: Node, above: Node, below: Node, at: int = 0) -> Node:
-        """A switch in whose branches no other one by the same argument stands: its side is known there."""
-        above, below = self._within(above, argument, 1), self._within(below, argument, 2)
+        """A switch in whose branches no other one by the same argument stands: its side is known there,
+        unless the argument is a constant, which may be 0."""
+        if argument.symbols & self.moving:
+            above, below = self._within(above, argument, 1), self._within(below, argument, 2)
         return self.graph.switch(argument, above, below, at)
 
     def _within(self, branch: Node, argument: Node, side: int) -> Node:

@@ -137,6 +137,7 @@ def solve(surface: Surface, begin: Sequence[float]) -> tuple[list[float] | None,
         factor = 2.0 if halved > 2 else min(1.0, 0.7 / length) if length else 1.0
         for k, dx in zip(surface.unknown, step):
             x[k] += factor * dx
+        size = max(size, *map(abs, x))  # values to be found may be much larger than those they depend on
         if length <= ROUND or (length >= last / 2 and last <= NEAR):
             largest = max((abs(a) for row in rows for a in row.values()), default=0.0)
             bound = max((sum(abs(a * x[k]) for k, a in row.items()) for row in rows), default=0.0)

@@ -35,7 +35,8 @@ def early(k: Index) -> bool:
 class Local:
     """What the series of the members of one kind give: terms, and the arrays that they are added to.
     ``coordinates`` are the symbols of q and ``unknowns`` those of forces; ``change`` has those of q_ddot,
-    when it is known. The last ``slopes`` terms are slopes, which order 0 has."""
+    when it is known. The last ``slopes`` terms are slopes, which order 0 has. ``sums`` are the symbols of
+    totals of coordinates, whose coefficients are known up to the order of the accelerations."""
 
     domain: Domain
     terms: Sequence[tuple[Term, Array]]
@@ -43,6 +44,7 @@ class Local:
     coordinates: Sequence[Node]
     unknowns: Sequence[Node]
     change: Sequence[Node]
+    sums: Sequence[Node] = ()
 
 
 def in_series(
@@ -76,8 +78,9 @@ class CorrectedSeries(LoopSeries):
         assert self.local is not None
         nodes = [term.node for term, _ in self.local.terms]
         return lower_functions(
-            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns, 2
-        )
+            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns, 2,
+            self.local.sums,
+        )  # fmt: skip
 
     @cached_property
     def corrected(self) -> Sequence[int]:
@@ -100,7 +103,7 @@ class CorrectedSeries(LoopSeries):
         """Series whose newest coefficients are 0 without the newest accelerations and multipliers."""
         found = set[int]()
         for index, one in enumerate(self.program.series):
-            if one.op in (Op.COORDINATE, Op.MULTIPLIER):
+            if one.corrected and one.op in (Op.COORDINATE, Op.MULTIPLIER):
                 found.add(index)
             elif one.op is Op.DERIVATIVE or (one.op is Op.LINEAR and one.level > 0):
                 known = [a for a, ahead in needs(one) if self.program.series[a].level != one.level + ahead]
@@ -111,7 +114,7 @@ class CorrectedSeries(LoopSeries):
 
 def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozenset[Array]) -> CorrectedSeries:
     """The series that a kind of members has."""
-    moving = union((time, *local.coordinates, *local.unknowns))
+    moving = union((time, *local.coordinates, *local.unknowns, *local.sums))
     # what corrections read is read in the same loop
     read = [*local.unknowns, *local.change]
     every, unused = local.domain.every, Array(Source.TOTAL, local.domain.count)

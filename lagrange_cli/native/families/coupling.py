@@ -45,7 +45,8 @@ class Dependencies:
 def of_families(system: FamilySystem) -> Coupling:
     """The coupling of a system of families."""
     count = system.q.count
-    totals, joints, bonds = needed([system.forces], system.slots), system.joints, system.bonds
+    joints, bonds = system.joints, system.bonds
+    totals = needed([system.forces, *sums_in_masses(system)], system.slots)
     grouped = bonds is not None or joints is not None or system.curved
     chained = bonds is not None and any(one.holds for one in bonds.bounds)
     if chained or (joints is not None and joints.count):
@@ -59,7 +60,7 @@ def of_families(system: FamilySystem) -> Coupling:
         found = known[system.forces] if system.forces.terms else nothing(count)
         rows, columns = np.repeat(np.arange(count), np.diff(found.starts)), found.columns
         if grouped:
-            rows, columns = of_groups(system, rows, columns)
+            rows, columns = of_groups(system, rows, columns, known)
         elif system.coupled_masses is not None:  # matrices are those of forces
             rows, columns = with_masses(system.coupled_masses, rows, columns)
     except TooMany:
@@ -82,9 +83,19 @@ def nothing(count: int) -> Dependencies:
     return Dependencies(np.zeros(count + 1, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
-def of_groups(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
+def sums_in_masses(system: FamilySystem) -> list[Total]:
+    """The sums that masses contain which are no constants."""
+    curved = system.coupled_masses.curved if system.coupled_masses else ()
+    arrays = (slot.array for one in curved for _, slot in system.slots.inside(one.node))
+    return [one for one in arrays if isinstance(one, Total)]
+
+
+def of_groups(
+    system: FamilySystem, rows: IndexArray, columns: IndexArray, known: dict[Array, Dependencies]
+) -> tuple[IndexArray, IndexArray]:
     """What accelerations depend on where those of a joint without nodes are found together, and so are those
-    of coordinates that constraints or masses couple; forces depend on ``columns`` by ``rows``."""
+    of coordinates that constraints or masses couple; forces depend on ``columns`` by ``rows``, and what sums
+    in masses depend on is ``known``."""
     count = system.q.count
     label = groups(system)
     every = np.arange(count)
@@ -101,6 +112,9 @@ def of_groups(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tu
         for _, slot in system.slots.inside(one.node):
             if slot.array.source is Source.COORDINATES:
                 found += [label[rows] * count + slot.table for rows in (one.first, one.second)]
+            elif slot.array in known:
+                members, places = known[slot.array].read(slot.table)
+                found += [label[rows[members]] * count + places for rows in (one.first, one.second)]
     keys = distinct(np.concatenate(found))
     order = np.argsort(label, kind="stable")
     starts = np.searchsorted(label[order], every)

@@ -128,12 +128,13 @@ class LoopSeries:
         short loops."""
         if self.short:
             return {}
+        program = self.program.series
         found = [
             index
-            for index, one in enumerate(self.program.series)
-            if one.op is Op.MULTIPLY
-            and one.level != FREE
-            and all(self.program.series[part].level != FREE for part in one.arguments)
+            for index in self.lasting
+            if program[index].op is Op.MULTIPLY
+            and program[index].level != FREE
+            and all(program[part].level != FREE for part in program[index].arguments)
         ]
         return {index: LANES * AHEAD * place for place, index in enumerate(found)}
 

@@ -46,7 +46,9 @@ class ConstrainedJet(CorrectedJet):
 
     def prepared(self) -> Sequence[Total]:
         motion = self.motion
-        totals = needed([motion.forces], self.slots, self.lasting.fixed)
+        sums = (self.slots.of[one].array for local in motion.locals for one in local.sums)
+        read = [one for one in sums if isinstance(one, Total)]
+        totals = needed([motion.forces, *read], self.slots, self.lasting.fixed)
         self.arrange(totals)
         for array in motion.arrays:
             self.planes[array] = self.take(room(array.count)), 0

@@ -208,9 +208,11 @@ class TogetherAlongMotion(Together, AlongMotion):
 @dataclass
 class Members:
     """What the series of the members of a domain give: terms of M a on coordinates, by the symbols of these,
-    and what the matrix is made of at order 0, with the arrays that these are added to."""
+    and what the matrix is made of at order 0, with the arrays that these are added to; and the ``sums`` that
+    masses contain."""
 
     coordinates: dict[Node, Slot] = field(default_factory=dict)
+    sums: dict[Node, None] = field(default_factory=dict)
     pushes: dict[Node, list[tuple[Node, float]]] = field(default_factory=dict)
     columns: list[tuple[Term, Array]] = field(default_factory=list)
 
@@ -228,6 +230,8 @@ def moving_masses(motion: TogetherAlongMotion, masses: CoupledMasses, entries: A
         value, inside = in_series(slots, own.node, domain, {motion.system.v: q})
         kind = kinds.setdefault(domain, Members())
         kind.coordinates.update(inside)
+        totals = ((s, slot) for s, slot in slots.inside(value) if isinstance(slot.array, Total))
+        kind.sums.update((s, None) for s, slot in totals if slot.array not in motion.lasting.fixed)
         return kind, value
 
     for one in masses.curved:
@@ -250,4 +254,5 @@ def moving_masses(motion: TogetherAlongMotion, masses: CoupledMasses, entries: A
             for place, some in members.pushes.items()
         ]
         changes = [slots.symbol(domain, motion.final, slot.table) for slot in found.values()]
-        yield Local(domain, [*terms, *members.columns], len(members.columns), [*found], [], changes)
+        listed = [*terms, *members.columns]
+        yield Local(domain, listed, len(members.columns), [*found], [], changes, [*members.sums])
