@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.ending import Ending
 from tests.support.command import lagrange
 from tests.support.motion import follow
 
@@ -109,3 +110,35 @@ def test_a_push_after_rest_is_resisted(method: str) -> None:
     later = follow(resting, 8.0, 9, method=method)["q/x"][5:]
     assert np.abs(later - follow(pushed, 3.0, 4, method=method)["q/x"]).max() <= 1e-12
     assert np.ptp(later) > 0.1
+
+
+OTHER = """
+coordinates: {{u: {{initial: {u!r}, velocity: 0.6}}}}
+definitions: {{slope: 1 + 0.3*u**2}}
+masses: {{p: 0.7}}
+positions: {{p: [u + 0.1*u**3]}}
+potential: 3.5*p.x**2
+generalized_forces: {{u: "-0.45*abs(slope*u_dot)**{power}*sign(slope*u_dot)*slope"}}
+"""
+SAME = """
+coordinates: {{x: {{initial: {x!r}, velocity: {v!r}}}}}
+masses: {{p: 0.7}}
+positions: {{p: [x]}}
+potential: 3.5*x**2
+generalized_forces: {{x: "-0.45*abs(x_dot)**{power}*sign(x_dot)"}}
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize("power", [0.5, 1.5, 2.5])
+def test_powers_of_a_velocity_that_is_a_product_pass_its_zeros(power: float, method: str) -> None:
+    """In other coordinates the velocity has a factor that is positive."""
+    for u in (-0.5, 0.4):
+        x, slope = u + 0.1 * u**3, 1 + 0.3 * u**2
+        texts = OTHER.format(u=u, power=power), SAME.format(x=x, v=0.6 * slope, power=power)
+        tolerance = 1e-12 if method == "DOP853" else 2.0**-52
+        other, same = (follow(text, 4.0, 41, method=method, tolerance=tolerance) for text in texts)
+        assert other.outcome.ending is same.outcome.ending is Ending.COMPLETE
+        assert other["q/u"] + 0.1 * other["q/u"] ** 3 == pytest.approx(same["q/x"], abs=1e-9)
+        assert other.outcome.steps < 3 * same.outcome.steps
