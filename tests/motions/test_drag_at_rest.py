@@ -142,3 +142,22 @@ def test_powers_of_a_velocity_that_is_a_product_pass_its_zeros(power: float, met
         assert other.outcome.ending is same.outcome.ending is Ending.COMPLETE
         assert other["q/u"] + 0.1 * other["q/u"] ** 3 == pytest.approx(same["q/x"], abs=1e-9)
         assert other.outcome.steps < 3 * same.outcome.steps
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("watched", [False, True])
+def test_a_root_of_the_velocity_stops_what_it_brakes(watched: bool, method: str) -> None:
+    """v' = -c sqrt(v): sqrt(v) decreases evenly. What steps on rates leave of v when it is 0 is rounding."""
+    text = """
+coordinates: {x: {initial: 0, velocity: 0.25}}
+masses: {p: 1}
+positions: {p: [x]}
+generalized_forces: {x: "-1.5*abs(x_dot)**0.5*sign(x_dot)"}
+"""
+    text += 'events: {passes: "x**2 + 0.5*sin(3*t)"}\n' if watched else ""
+    tolerance = {"DOP853": 1e-12, "Radau": 1e-10}.get(method, 2.0**-52)
+    motion = follow(text, 2.0, 21, method=method, tolerance=tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/x"] == pytest.approx(np.fmax(0.5 - 0.75 * motion.t, 0.0) ** 2, abs=1e-9)
+    assert np.all(motion["v/x"][motion.t > 0.67] == 0.0)

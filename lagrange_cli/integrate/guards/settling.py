@@ -131,7 +131,7 @@ class Settling(Creeping):
         """Go on with steps where no way leads across a root."""
         last = self._layout.at(Clock.LAST_PASS)
         self.memory[last] -= max(abs(self.memory[last]) * JUST, SMALLEST)
-        rooted = [one.steep for one in self._rows.guards] & (self.marks[: self.count] > 0.0)
+        rooted = [one.steep for one in self._rows.guards[: self.count]] & (self.marks[: self.count] > 0.0)
         self.marks[: self.count][rooted] = TRIED
         self.prepare()
         return True
@@ -200,13 +200,19 @@ class Settling(Creeping):
 
     def rest(self) -> bool:
         """Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series, such as
-        sqrt(|v|); whether there is one that stays 0."""
+        sqrt(|v|); whether there is one that stays 0. What is left of it may be on the other side of 0 than
+        the modes that were chosen next."""
+        modes, values = self.modes[: self.count].copy(), self._arguments()
+        behind = (self.marks[: self.count] > 0.0) & (modes * values < 0.0)
+        behind &= [one.rooted for one in self._rows.guards[: self.count]]
+        self.modes[: self.count][behind] *= -1.0
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
         arguments = self._coefficients_of_arguments()[:, :2]
         for j, (u, rate) in enumerate(arguments.tolist()):
             if self.modes[j] * rate < 0.0 < abs(u) <= abs(rate) * soon and self._rests(j, u):
                 return True
+        self.modes[: self.count] = modes
         return False
 
     def _rests(self, j: int, u: float) -> bool:
