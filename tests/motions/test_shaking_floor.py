@@ -8,6 +8,7 @@ import random
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from lagrange_cli.integrate.ending import Ending
 from tests.support.motion import Motion, follow
@@ -205,7 +206,8 @@ definitions:
 masses: {{ball: 1}}
 positions: {{ball: [{x}, {y}]}}
 potential: g*ball.y
-events: {{slope: {{when: 4*ball.y + 3*ball.x - 4, direction: falling, action: {{set: {{u_dot: {p}, v_dot: {q}}}}}}}}}
+events:
+  slope: {{when: 4*ball.y + 3*ball.x - 4, direction: falling, action: {{set: {{u_dot: {p}, v_dot: {q}}}}}}}
 """
 CURVED = {
     "u + v**2/2": {"u": "0.955", "v": "0.3", "w": "0", "x": "u + v**2/2", "y": "v", "p": "a - v*b", "q": "b"},
@@ -228,3 +230,44 @@ def test_impulses_of_friction_are_recognized_in_curved_coordinates(form: str, e:
     expected = [straight[f"q/{one}"] for one in "uv"]
     assert np.array(found) == pytest.approx(np.array(expected), abs=1e-8)
     assert np.diff(found[0][-12:], 2) == pytest.approx(0.8 * (0.6 - 0.8 * 0.3) * 9.81 * 0.01, abs=1e-9)
+
+
+STOPS = """
+coordinates: {{x: {{initial: 1}}, y: {{initial: 0.3, velocity: {v}}}}}
+definitions: {{across: (3*b.vx + 4*b.vy)/5}}
+masses: {{b: 1}}
+positions: {{b: [x, y]}}
+potential: 9.81*b.y
+forces: {{b: "-9*(b.vx, b.vy)/norm((b.vx, b.vy))"}}
+events:
+  slope:
+    when: 4*y + 3*x - 4
+    direction: falling
+    action: {{set: {{x_dot: x_dot - 3*across/5, y_dot: y_dot - 4*across/5}}}}
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("v", [-0.3, 0.0, 0.1, 0.7])
+def test_friction_along_a_vector_stops_what_slides_on_a_contact(v: float, method: str) -> None:
+    """Friction and contact hold the same velocity then, and the contact has the force along it."""
+
+    def flies(_: float, y: np.ndarray) -> list[float]:
+        speed = float(np.hypot(y[2], y[3])) or np.inf
+        return [y[2], y[3], -9.0 * y[2] / speed, -9.81 - 9.0 * y[3] / speed]
+
+    def hits(_: float, y: np.ndarray) -> float:
+        return float(4.0 * y[1] + 3.0 * y[0] - 4.0)
+
+    hits.terminal, hits.direction = True, -1.0  # type: ignore[attr-defined]
+    given = {"rtol": 1e-12, "atol": 1e-14, "max_step": 1e-3}
+    flight = solve_ivp(flies, (0.0, 1.0), [1.0, 0.3, 0.0, v], method="DOP853", events=hits, **given)
+    place, speed = flight.y[:2, -1], flight.y[2:, -1] @ [0.8, -0.6]
+    place = place + np.array([0.8, -0.6]) * speed**2 / (2.0 * (9.0 - 0.6 * 9.81))
+    tolerance = {"DOP853": 1e-12, "Radau": 1e-10}.get(method, 2.0**-52)
+    motion = follow(STOPS.format(v=v), 1.2, 13, method=method, tolerance=tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert [motion["q/x"][-1], motion["q/y"][-1]] == pytest.approx(place, abs=1e-8)
+    assert motion["v/x"][-1] == motion["v/y"][-1] == 0.0
+    assert motion.outcome.steps < 1500

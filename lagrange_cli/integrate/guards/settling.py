@@ -81,6 +81,8 @@ class Settling(Creeping):
 
     def goes_on(self, stop: Stop, due: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped."""
+        if stop is Stop.PAUSE:
+            return self.stands_still()
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.EDGE:
             return False
         if stop is Stop.GUARD and self.hears():
@@ -196,7 +198,11 @@ class Settling(Creeping):
             found = self._choose([due, *marked], {due: side}, held=False)
             self._let_go = []
             return found
-        return self._choose([due, *marked], {due: -before})
+        modes = self.modes.copy()
+        found = self._choose([due, *marked], {due: -before})
+        if not found and self._rows.guards[due].multiplier:  # where forces have roots, rounding may decide
+            self.modes[:] = modes
+        return found
 
     def rest(self) -> bool:
         """Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series, such as
