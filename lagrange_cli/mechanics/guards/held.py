@@ -158,20 +158,21 @@ def held_back(modes: Modes, residual: Residual, guard: Guard) -> list[tuple[int,
 
 
 def held_on(modes: Modes, place: Node) -> list[tuple[Node, dict[int, Node]]]:
-    """What holds vectors whose parts make up the velocity of a contact's ``place``: it holds this, too,
-    and the contact takes the force against it. Their modes, and the factors of the parts of that force."""
+    """What holds a vector whose parts make up the velocity of a contact's ``place``: it holds this, too, and
+    the contact takes the force against it. Its mode, and the factors of the parts of that force. Where there
+    are several vectors, more than one force may hold the contact, and nothing is changed."""
     graph, model = modes.graph, modes.residual.model
-    if not is_zero(graph.diff(place, model.time)):
+    holding = [one for one in modes.guards.values() if one.vector is not None and one.holding]
+    if len(holding) != 1 or not is_zero(graph.diff(place, model.time)):
         return []
-    slopes, found = graph.gradient(place, numbered(model.q)), []
-    for guard in modes.guards.values():
-        if guard.vector is None or not guard.holding:
-            continue
-        row = [slopes.get(k, graph.zero) for k in range(len(model.q))]
-        factors = made_of(graph, model.v, guard.vector, row)
-        if factors is not None and not all(map(is_zero, factors)):
-            found.append((guard.holds(graph), dict(zip(guard.holding, factors))))
-    return found
+    (guard,) = holding
+    assert guard.vector is not None
+    slopes = graph.gradient(place, numbered(model.q))
+    row = [slopes.get(k, graph.zero) for k in range(len(model.q))]
+    factors = made_of(graph, model.v, guard.vector, row)
+    if factors is None or all(map(is_zero, factors)):
+        return []
+    return [(guard.holds(graph), dict(zip(guard.holding, factors)))]
 
 
 def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:
