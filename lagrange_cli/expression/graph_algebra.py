@@ -31,7 +31,7 @@ class GraphAlgebra(Undecided):
         if name == "abs":
             return graph.absolute(arguments[0])
         if name == "sign":
-            return graph.switch(arguments[0], 1.0, -1.0)
+            return graph.sign(arguments[0])
         if name == "max":
             return reduce(lambda a, b: graph.switch(a - b, a, b), arguments)
         if name == "min":

@@ -19,6 +19,8 @@ class Sign(IntEnum):
 
 
 FUNCTIONS = {"exp": Sign.POSITIVE, "cosh": Sign.POSITIVE, "acos": Sign.NEVER_NEGATIVE}
+BOUNDED = "sin", "cos", "tanh"
+"""Functions that never exceed 1 in size."""
 BROKEN = "atan2", "tan"
 """Functions that jump, or have poles from whose sides they have opposite signs."""
 
@@ -36,9 +38,11 @@ def _sign(node: Node, known: Mapping[Node, Sign]) -> Sign:
     if node.kind is Kind.SUM:
         constant, coefficients = node.data
         terms = [_sign_of_multiple(a, c, known) for a, c in zip(node.arguments, coefficients)]
-        if min(terms) is Sign.ANY or not constant >= 0:
+        pairs = zip(node.arguments, coefficients, terms)
+        unknown = [abs(c) * most for a, c, sign in pairs if sign is Sign.ANY and (most := bound(a))]
+        if len(unknown) < terms.count(Sign.ANY) or not (least := constant - sum(unknown)) >= 0:
             return Sign.ANY
-        return max(*terms, of_number(constant))
+        return max(*terms, of_number(least))
     if node.kind is Kind.PRODUCT:
         return min(_sign_of_power(known[a], e) for a, e in zip(node.arguments, node.data))
     if node.kind is Kind.POWER:
@@ -48,6 +52,13 @@ def _sign(node: Node, known: Mapping[Node, Sign]) -> Sign:
     if node.kind is Kind.SWITCH:
         return _sign_of_multiple(node, 1.0, known)
     return Sign.ANY
+
+
+def bound(node: Node) -> int:
+    """What the size of an expression does not exceed: 1, or 0 if that is not seen."""
+    if node.kind is Kind.PRODUCT:
+        return int(all(bound(a) and isinstance(e, int) and e > 0 for a, e in zip(node.arguments, node.data)))
+    return int(node.kind is Kind.FUNCTION and node.data in BOUNDED)
 
 
 def _sign_of_multiple(node: Node, factor: Any, known: Mapping[Node, Sign]) -> Sign:

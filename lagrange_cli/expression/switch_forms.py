@@ -107,6 +107,13 @@ class SwitchForms(NodeTable):
             rest = -rest
         return abs(scale) * self.switch(rest, rest, -rest)
 
+    def sign(self, u: Node) -> Node:
+        """The sign of u, of a product those of its factors, as of absolute values."""
+        scale, rest = self.split_coefficient(u)
+        if rest.kind is not Kind.PRODUCT or not all(whole(e) and e % 2 == 1 for e in rest.data):
+            return self.switch(u, 1.0, -1.0)
+        return math.copysign(1.0, scale) * self.product([(self.sign(a), 1) for a in rest.arguments])
+
 
 def whole(exponent: float) -> bool:
     """Whether a power is one of a whole number."""

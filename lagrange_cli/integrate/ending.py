@@ -76,8 +76,8 @@ WAYS_OUT = {
     Ending.TOO_LONG: "end the run earlier with --stop",
     Ending.RECURRING: "let its action move the state away from it, or end the run before it with --stop",
     Ending.IDLE: "let its action reduce the speed, so that bodies may rest on each other, or {before}",
-    Ending.DRAGGED: "let the action change other velocities in proportion to the speed of the impact, "
-    "or {before}",
+    Ending.DRAGGED: "let the action change velocities in proportion to the speed of the impact, the rate of "
+    "its 'when', or {before}",
     Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER raises it",
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
     Ending.OFF_CONSTRAINTS: "let the action set values that satisfy the constraints, or velocities alone",

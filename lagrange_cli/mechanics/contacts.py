@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, union
+from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.expression.zero import is_rounding, is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.derive import derive
@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Contact, Residual
 from lagrange_cli.mechanics.rows import Row
-from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zeros
 from lagrange_cli.mechanics.switching.switches import switches, vanishes_with, where_it_vanishes
 from lagrange_cli.mechanics.variables import graph_of, numbered
@@ -130,10 +130,11 @@ def _direction(
         u, above, below = substituted(graph, one.arguments, decided)
         rates = graph.gradient(u, speeds)
         rise = graph.sum([(rate * slopes[j], 1.0) for j, rate in rates.items() if j in slopes])
-        if not is_zero(rise) and vanishes_with(graph, u, approach + drift):
+        still = _where_still(model, u, approach + drift, slopes)
+        if not is_zero(rise) and (still.is_zero or vanishes_with(graph, u, approach + drift)):
             decided[one] = graph.switch(-(rise * side), above, below)
             continue
-        slow = [*where_it_vanishes(graph, u, approach + drift)]
+        slow = [still, *where_it_vanishes(graph, u, approach + drift)]
         for branch, sign in ((above, 1.0), (below, -1.0)):
             if any(not x.is_zero and signs(sign * x, known) is not Sign.ANY for x in slow):
                 decided[one] = branch
@@ -141,6 +142,29 @@ def _direction(
     if all(map(is_zero, direction.values())):
         return None
     return Row(direction, len(model.q), graph.zero)
+
+
+def _where_still(model: Model[Node], node: Node, rate: Node, slopes: Mapping[int, Node]) -> Node:
+    """What a function of velocities is where dg/dt = 0, a ``rate`` that is linear in them with these
+    ``slopes``. What vanishes then is recognized however it is written, as in curved coordinates."""
+    graph, velocities = graph_of(model), union(model.v)
+    k, slope = next((k, a) for k, a in slopes.items() if not is_zero(a))
+    given = {model.v[k]: model.v[k] - rate / slope}
+
+    def vanishes(one: Node) -> bool:
+        return bool(one.symbols & velocities) and is_rounding(substituted(graph, [one], given)[0], one)
+
+    def change(one: Node, arguments: list[Node]) -> Node | None:
+        if one.kind is not Kind.SUM or not one.symbols & velocities:
+            return None
+        if vanishes(one):
+            return graph.zero
+        terms = [*zip(one.arguments, arguments, one.data[1])]
+        jumping = [(new, c) for old, new, c in terms if switches([old], velocities)]
+        rest = one - graph.sum([(old, c) for old, _, c in terms if switches([old], velocities)])
+        return graph.sum(jumping) if jumping and vanishes(rest) else None
+
+    return rewritten(graph, [node], change)[0]
 
 
 def _keeps(graph: Graph, model: Model[Node], one: Conserved, contact: Contact) -> bool:

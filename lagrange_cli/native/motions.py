@@ -186,7 +186,9 @@ def double(equations: Specification) -> MotionCode:
 
 def coupled(residual: Residual) -> list[tuple[int, int]]:
     """The first coordinate, and the number, of those whose accelerations are found together."""
-    return [(min(one), max(one) + 1 - min(one)) for one in residual.blocks if len(one) > 1]
+    degrees = len(residual.model.q)
+    own = [[i for i in block if i < degrees] for block in residual.blocks]  # without multipliers
+    return [(min(one), max(one) + 1 - min(one)) for one in own if len(one) > 1]
 
 
 def related_integrals(equations: Specification) -> list[tuple[int, int]]:

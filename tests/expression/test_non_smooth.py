@@ -145,6 +145,20 @@ def test_branches_count_where_their_condition_holds(text: str, sign: Sign) -> No
     assert signs(build(parse(text), graph.symbol, graph), {}) is sign
 
 
+@pytest.mark.parametrize(
+    ("text", "sign"),
+    [
+        ("1 + 0.3*cos(x)*sin(y)**2 - 0.6*tanh(x*y) + y**2", Sign.POSITIVE),
+        ("1 - 0.5*cos(x) + sin(y)/2", Sign.NEVER_NEGATIVE),
+        ("1 + 1.1*cos(x)", Sign.ANY),
+        ("2 + sin(x)/cos(y)", Sign.ANY),
+    ],
+)
+def test_sines_count_by_their_size(text: str, sign: Sign) -> None:
+    graph = GraphAlgebra()
+    assert signs(build(parse(text), graph.symbol, graph), {}) is sign
+
+
 SIDES = st.sampled_from(["x", "y", "-x", "x - y", "y - x", "2*x - 3", "x + 1", "0", "1", "-1"])
 
 

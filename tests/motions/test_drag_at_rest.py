@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+from lagrange_cli.integrate.ending import Ending
 from tests.support.command import lagrange
 from tests.support.motion import follow
 
@@ -109,3 +111,111 @@ def test_a_push_after_rest_is_resisted(method: str) -> None:
     later = follow(resting, 8.0, 9, method=method)["q/x"][5:]
     assert np.abs(later - follow(pushed, 3.0, 4, method=method)["q/x"]).max() <= 1e-12
     assert np.ptp(later) > 0.1
+
+
+OTHER = """
+coordinates: {{u: {{initial: {u!r}, velocity: 0.6}}}}
+definitions: {{slope: 1 + 0.3*u**2}}
+masses: {{p: 0.7}}
+positions: {{p: [u + 0.1*u**3]}}
+potential: 3.5*p.x**2
+generalized_forces: {{u: "-0.45*abs(slope*u_dot)**{power}*sign(slope*u_dot)*slope"}}
+"""
+SAME = """
+coordinates: {{x: {{initial: {x!r}, velocity: {v!r}}}}}
+masses: {{p: 0.7}}
+positions: {{p: [x]}}
+potential: 3.5*x**2
+generalized_forces: {{x: "-0.45*abs(x_dot)**{power}*sign(x_dot)"}}
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize("power", [0.5, 1.5, 2.5])
+def test_powers_of_a_velocity_that_is_a_product_pass_its_zeros(power: float, method: str) -> None:
+    """In other coordinates the velocity has a factor that is positive."""
+    for u in (-0.5, 0.4):
+        x, slope = u + 0.1 * u**3, 1 + 0.3 * u**2
+        texts = OTHER.format(u=u, power=power), SAME.format(x=x, v=0.6 * slope, power=power)
+        tolerance = 1e-12 if method == "DOP853" else 2.0**-52
+        other, same = (follow(text, 4.0, 41, method=method, tolerance=tolerance) for text in texts)
+        assert other.outcome.ending is same.outcome.ending is Ending.COMPLETE
+        assert other["q/u"] + 0.1 * other["q/u"] ** 3 == pytest.approx(same["q/x"], abs=1e-9)
+        assert other.outcome.steps < 3 * same.outcome.steps
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("watched", [False, True])
+def test_a_root_of_the_velocity_stops_what_it_brakes(watched: bool, method: str) -> None:
+    """v' = -c sqrt(v): sqrt(v) decreases evenly. What steps on rates leave of v when it is 0 is rounding."""
+    text = """
+coordinates: {x: {initial: 0, velocity: 0.25}}
+masses: {p: 1}
+positions: {p: [x]}
+generalized_forces: {x: "-1.5*abs(x_dot)**0.5*sign(x_dot)"}
+"""
+    text += 'events: {passes: "x**2 + 0.5*sin(3*t)"}\n' if watched else ""
+    tolerance = {"DOP853": 1e-12, "Radau": 1e-10}.get(method, 2.0**-52)
+    motion = follow(text, 2.0, 21, method=method, tolerance=tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/x"] == pytest.approx(np.fmax(0.5 - 0.75 * motion.t, 0.0) ** 2, abs=1e-9)
+    assert np.all(motion["v/x"][motion.t > 0.67] == 0.0)
+
+
+BOTH = """
+coordinates: {{u: {{initial: 0.3, velocity: 1}}}}
+definitions: {{slope: {slope}}}
+masses: {{p: 1}}
+positions: {{p: [{x}]}}
+potential: 5*p.x**2/2
+generalized_forces: {{u: "-(2 + 0.5*abs(slope*u_dot)**{power})*sign(slope*u_dot)*slope"}}
+"""
+
+
+def braked(x: float, v: float, power: float, times: np.ndarray) -> np.ndarray:
+    """Swings between -F and F of dry friction, with a drag beside it; where it rests, it stays."""
+    found, t = np.zeros(len(times)), 0.0
+    while t < times[-1]:
+        side = float(np.sign(v if v else -x))
+
+        def rates(_: float, y: np.ndarray, side: float = side) -> list[float]:
+            return [y[1], -5.0 * y[0] - side * (2.0 + 0.5 * max(side * y[1], 0.0) ** power)]
+
+        def turns(_: float, y: np.ndarray) -> float:
+            return float(y[1])
+
+        turns.terminal, turns.direction = True, -side  # type: ignore[attr-defined]
+        left = times[times >= t]
+        given = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "dense_output": True}
+        swing = solve_ivp(rates, (t, times[-1] + 1e-9), [x, v], events=turns, **given)
+        inside = left[left <= swing.t[-1]]
+        first = len(times) - len(left)
+        found[first : first + len(inside)] = swing.sol(inside)[0] if len(inside) else 0.0
+        t, x, v = float(swing.t[-1]), float(swing.y[0, -1]), 0.0
+        if abs(5.0 * x) <= 2.0:
+            found[times > t] = x
+            break
+    return found
+
+
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("power", [1 / 3, 0.5, 1.5])
+@pytest.mark.parametrize("product", [False, True])
+def test_dry_friction_beside_a_power_of_the_velocity_stops_or_turns(
+    product: bool, power: float, method: str
+) -> None:
+    """It begins beyond the limit of dry friction. A factor of the velocity may be of any sign, for what is
+    known of it: it is not what friction holds."""
+    slope, place = ("1 + 0.3*cos(u)", "u + 0.3*sin(u)") if product else ("1", "u")
+    text = BOTH.format(slope=slope, x=place, power=power)
+    tolerance = {"DOP853": 1e-12, "Radau": 1e-10}.get(method, 2.0**-52)
+    motion = follow(text, 2.0, 41, method=method, tolerance=tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE
+    u = motion["q/u"]
+    x, v = (0.3 + 0.3 * np.sin(0.3), 1 + 0.3 * np.cos(0.3)) if product else (0.3, 1.0)
+    own = u + 0.3 * np.sin(u) if product else u
+    assert own == pytest.approx(braked(x, v, power, motion.t), abs=1e-8)
+    assert motion.outcome.steps < 600

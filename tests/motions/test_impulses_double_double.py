@@ -77,3 +77,18 @@ def test_coordinates_that_a_shorter_rod_moves(few, monkeypatch):
     monkeypatch.setattr(impulses, "FEW", few)
     found, known = (followed(SHORTER.format(**way), 0.6) for way in (CARTESIAN, ANGLES))
     assert apart(found, known) < 1e-29
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+@pytest.mark.parametrize("third", ["0.3333333333333333", "0.33333333333333331", "0.33333333333333337"])
+def test_what_rounded_numbers_leave_of_an_impact_is_none(third: str, precision: str) -> None:
+    """An impact that takes all of the speed, in coordinates whose numbers are rounded to doubles."""
+    text = f"""
+coordinates: {{y: {{initial: 1}}}}
+masses: {{ball: 1}}
+positions: {{ball: [0, y]}}
+potential: 2*ball.y
+events: {{floor: {{when: 3*y, direction: falling, action: {{set: {{y_dot: "y_dot - {third}*(3*y_dot)"}}}}}}}}
+"""
+    motion = lagrange.solve(text, stop=3, samples=4, precision=precision)
+    assert np.abs(motion.datasets["q/y"][-2:]).max() < 1e-14

@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import lagrange_cli as lagrange
 from lagrange_cli.integrate.ending import Ending
 from tests.support.motion import follow
 
@@ -262,3 +263,24 @@ def test_roots_of_the_place_and_of_the_time_begin_together(sign):
     motion = follow(text, 2.0, 3)
     assert motion.outcome.ending is Ending.COMPLETE
     np.testing.assert_allclose(motion["q/x"], sign * motion.t**3, atol=1e-9)
+
+
+def test_a_constraint_keeps_away_from_a_kink_at_all_times() -> None:
+    """A length that changes with t is never 0: |r| has a kink there alone."""
+    text = """
+coordinates: {COORDINATES}
+masses: {bob: 1}
+positions: {bob: "(POSITION)"}
+potential: 9.81*bob.y
+constraints: {rod: norm(bob) - 1 - 0.1*sin(2*t)}
+observables: {right: bob.x, up: bob.y}
+"""
+    found = []
+    for coordinates, position in (
+        ("r: {initial: 1}, a: {initial: 0.4}", "r*cos(a), r*sin(a)"),
+        ("x: {initial: cos(0.4)}, y: {initial: sin(0.4)}", "x, y"),
+    ):
+        given = text.replace("COORDINATES", coordinates).replace("POSITION", position)
+        motion = lagrange.solve(given, stop=3, samples=13, outputs="observables")
+        found.append([motion.datasets[f"observables/{one}"][:] for one in ("right", "up")])
+    assert np.array(found[0]) == pytest.approx(np.array(found[1]), abs=1e-10)

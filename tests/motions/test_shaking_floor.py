@@ -8,6 +8,7 @@ import random
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from lagrange_cli.integrate.ending import Ending
 from tests.support.motion import Motion, follow
@@ -191,3 +192,82 @@ def test_what_impulses_of_friction_have_stopped_rests_unless_it_is_pushed_by_mor
         assert np.count_nonzero(later) > 8
         expected = [slid(v, a, mu * g + c, t - at) for t in motion.t[later]]
         assert motion["v/x"][later] == pytest.approx(expected, abs=1e-6), (v, sets)
+
+
+SLOPE = """
+parameters: {{e: {e}, mu: 0.3, g: 9.81}}
+coordinates: {{u: {{initial: {u}, velocity: 0.5}}, v: {{initial: {v}, velocity: {w}}}}}
+definitions:
+  down: (4*ball.vx - 3*ball.vy)/5
+  across: (3*ball.vx + 4*ball.vy)/5
+  rubbed: sign(down)*min(abs(down), mu*(1 + e)*abs(across))
+  a: ball.vx - 3*(1 + e)*across/5 - 4*rubbed/5
+  b: ball.vy - 4*(1 + e)*across/5 + 3*rubbed/5
+masses: {{ball: 1}}
+positions: {{ball: [{x}, {y}]}}
+potential: g*ball.y
+events:
+  slope: {{when: 4*ball.y + 3*ball.x - 4, direction: falling, action: {{set: {{u_dot: {p}, v_dot: {q}}}}}}}
+"""
+CURVED = {
+    "u + v**2/2": {"u": "0.955", "v": "0.3", "w": "0", "x": "u + v**2/2", "y": "v", "p": "a - v*b", "q": "b"},
+    "v + u**2/2": {"u": "1", "v": "-0.2", "w": "-0.5", "x": "u", "y": "v + u**2/2", "p": "a", "q": "b - u*a"},
+}
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+@pytest.mark.parametrize("e", [0.0, 0.5])
+@pytest.mark.parametrize("form", CURVED)
+def test_impulses_of_friction_are_recognized_in_curved_coordinates(form: str, e: float, method: str) -> None:
+    """On a slope of 3 to 4, x'' = 4/5 (3/5 - 4/5 mu) g in the end: signs of the speed of approach, which is 0
+    there but for rounding, do not count."""
+    same = {"u": "1", "v": "0.3", "w": "0", "x": "u", "y": "v", "p": "a", "q": "b"}
+    texts = SLOPE.format(e=e, **CURVED[form]), SLOPE.format(e=e, **same)
+    curved, straight = (follow(text, 3.0, 31, method=method) for text in texts)
+    u, v = curved["q/u"], curved["q/v"]
+    found = [u + v**2 / 2, v] if form == "u + v**2/2" else [u, v + u**2 / 2]
+    expected = [straight[f"q/{one}"] for one in "uv"]
+    assert np.array(found) == pytest.approx(np.array(expected), abs=1e-8)
+    assert np.diff(found[0][-12:], 2) == pytest.approx(0.8 * (0.6 - 0.8 * 0.3) * 9.81 * 0.01, abs=1e-9)
+
+
+STOPS = """
+coordinates: {{x: {{initial: 1}}, y: {{initial: 0.3, velocity: {v}}}}}
+definitions: {{across: (3*b.vx + 4*b.vy)/5}}
+masses: {{b: 1}}
+positions: {{b: [x, y]}}
+potential: 9.81*b.y
+forces: {{b: "-9*(b.vx, b.vy)/norm((b.vx, b.vy))"}}
+events:
+  slope:
+    when: 4*y + 3*x - 4
+    direction: falling
+    action: {{set: {{x_dot: x_dot - 3*across/5, y_dot: y_dot - 4*across/5}}}}
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("v", [-0.3, 0.0, 0.1, 0.7])
+def test_friction_along_a_vector_stops_what_slides_on_a_contact(v: float, method: str) -> None:
+    """Friction and contact hold the same velocity then, and the contact has the force along it."""
+
+    def flies(_: float, y: np.ndarray) -> list[float]:
+        speed = float(np.hypot(y[2], y[3])) or np.inf
+        return [y[2], y[3], -9.0 * y[2] / speed, -9.81 - 9.0 * y[3] / speed]
+
+    def hits(_: float, y: np.ndarray) -> float:
+        return float(4.0 * y[1] + 3.0 * y[0] - 4.0)
+
+    hits.terminal, hits.direction = True, -1.0  # type: ignore[attr-defined]
+    given = {"rtol": 1e-12, "atol": 1e-14, "max_step": 1e-3}
+    flight = solve_ivp(flies, (0.0, 1.0), [1.0, 0.3, 0.0, v], method="DOP853", events=hits, **given)
+    place, speed = flight.y[:2, -1], flight.y[2:, -1] @ [0.8, -0.6]
+    place = place + np.array([0.8, -0.6]) * speed**2 / (2.0 * (9.0 - 0.6 * 9.81))
+    tolerance = {"DOP853": 1e-12, "Radau": 1e-10}.get(method, 2.0**-52)
+    motion = follow(STOPS.format(v=v), 1.2, 13, method=method, tolerance=tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert [motion["q/x"][-1], motion["q/y"][-1]] == pytest.approx(place, abs=1e-8)
+    assert motion["v/x"][-1] == motion["v/y"][-1] == 0.0
+    assert motion.outcome.steps < 1500

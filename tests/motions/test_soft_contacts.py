@@ -207,3 +207,42 @@ def test_random_grains(p, source):
     found, energies = pile.states(motion), [pile.energy(one) for one in pile.states(motion)]
     assert np.ptp(energies) <= 1e-12 * max(map(abs, energies))
     assert np.max(np.abs(found - pile.exactly(0.4))) <= 1e-6 * math.sqrt(pile.k)
+
+
+HUNG = """
+bodies:
+  body:
+    mass: 1.6
+    inertia: [0.27, 0.28, 0.15]
+    position: [x, y, z]
+    orientation: {quaternion: [a, b, c, d]}
+coordinates:
+  a: {initial: 0.3}
+  b: {initial: -0.3, velocity: 0.7}
+  c: {initial: -0.1}
+  d: {initial: 0.5}
+  x: {}
+  y: {}
+  z: {}
+constraints: {joint: "body.at(0.3, 0.36, -0.14) - (0.2, 0, 0.26)"}
+potential: 1.6*9.81*body.y + 9.7*max(0, WALL - x)**(5/2)
+"""
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+def test_rounding_at_a_contact_is_measured_beside_forces_of_constraint(
+    method: str, request: pytest.FixtureRequest
+) -> None:
+    """It is that of accelerations alone: with that of the forces of constraint, as many as all rows of the
+    state, it took the place of what tells the sides of contacts, and the motion ended."""
+    source = random.Random(f"{request.config.option.seed} {method}")
+    for _ in range(3):
+        text = HUNG.replace("WALL", str(source.uniform(0.1, 0.25)))
+        expected = lagrange.solve(text, stop=1.5, samples=31)
+        tolerance = {"DOP853": 1e-12, "Radau": 1e-10}.get(method, 2.0**-52)
+        with pytest.warns(lagrange.LagrangeWarning, match="narrow forces"):
+            motion = lagrange.solve(text, stop=1.5, samples=31, method=method, tolerance=tolerance)
+        for name in "abcdxyz":
+            path = f"q/{name}"
+            assert motion.datasets[path][:] == pytest.approx(expected.datasets[path][:], abs=1e-7), text

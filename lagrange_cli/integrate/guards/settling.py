@@ -81,6 +81,8 @@ class Settling(Creeping):
 
     def goes_on(self, stop: Stop, due: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped."""
+        if stop is Stop.PAUSE:
+            return self.stands_still()
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.EDGE:
             return False
         if stop is Stop.GUARD and self.hears():
@@ -131,7 +133,7 @@ class Settling(Creeping):
         """Go on with steps where no way leads across a root."""
         last = self._layout.at(Clock.LAST_PASS)
         self.memory[last] -= max(abs(self.memory[last]) * JUST, SMALLEST)
-        rooted = [one.steep for one in self._rows.guards] & (self.marks[: self.count] > 0.0)
+        rooted = [one.steep for one in self._rows.guards[: self.count]] & (self.marks[: self.count] > 0.0)
         self.marks[: self.count][rooted] = TRIED
         self.prepare()
         return True
@@ -196,17 +198,27 @@ class Settling(Creeping):
             found = self._choose([due, *marked], {due: side}, held=False)
             self._let_go = []
             return found
-        return self._choose([due, *marked], {due: -before})
+        modes = self.modes.copy()
+        found = self._choose([due, *marked], {due: -before})
+        if not found and self._rows.guards[due].multiplier:  # where forces have roots, rounding may decide
+            self.modes[:] = modes
+        return found
 
     def rest(self) -> bool:
         """Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series, such as
-        sqrt(|v|); whether there is one that stays 0."""
+        sqrt(|v|); whether there is one that stays 0. What is left of it may be on the other side of 0 than
+        the modes that were chosen next."""
+        modes, values = self.modes[: self.count].copy(), self._arguments()
+        behind = (self.marks[: self.count] > 0.0) & (modes * values < 0.0)
+        behind &= [one.rooted for one in self._rows.guards[: self.count]]
+        self.modes[: self.count][behind] *= -1.0
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
         arguments = self._coefficients_of_arguments()[:, :2]
         for j, (u, rate) in enumerate(arguments.tolist()):
             if self.modes[j] * rate < 0.0 < abs(u) <= abs(rate) * soon and self._rests(j, u):
                 return True
+        self.modes[: self.count] = modes
         return False
 
     def _rests(self, j: int, u: float) -> bool:

@@ -57,6 +57,18 @@ class Sliding(Drag):
             return self.slide_or_hold(j)
         return self.turns()
 
+    def stands_still(self) -> bool:
+        """Hold the motion where steps no longer change the time, and friction would take a length away before
+        that changes: what rounding leaves of the velocity against a contact, which friction cannot change,
+        keeps it from being 0. Whether there is one."""
+        vectors = [j for j in self.vectors() if self.modes[j] != 0.0]
+        time = self._size_of_time * self._unit
+        if not vectors or abs(self.memory[self._layout.at(Clock.STEP)]) > time:
+            return False
+        lengths = self._lengths(vectors)[0]
+        due = lengths <= self._largest_acceleration() * time
+        return any(self.slide_or_hold(j) for j in np.array(vectors)[due].tolist()[:1])
+
     def _lengths(self, vectors: Sequence[int]) -> Array:
         """The lengths of vectors, and their rates."""
         self._series()

@@ -225,7 +225,10 @@ class Resting:
         above, left, bend, *_ = map(float, sides.coefficients(event))
         since = (sides.now - self.times[event, 0]) + (self._low() - self.times[event, 1])
         flight = -left / bend if bend != 0.0 else np.inf
-        if abs(left) <= impact.noise:
+        none = impact.noise  # what leads on after an impact is as little as its rounded numbers make it
+        if left * impact.speed > 0.0:
+            none = max(none, ROUNDING * abs(impact.speed))
+        if abs(left) <= none:
             self._stop(impact, above, left)
             self.hold(event, impact.side)
             return sides.now if 0.0 < abs(left) <= abs(impact.speed) <= SLOW * impact.noise else None

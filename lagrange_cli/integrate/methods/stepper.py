@@ -322,6 +322,8 @@ class Stepper:
                 return self.finished is None
             if self.finished is not None:
                 return False
+        if stop is Stop.PAUSE and self.steps != self._marked:  # others depend on how fast the machine is
+            return False
         before = self._happenings and self._happenings.moving()
         goes_on = self._settling.goes_on(stop, due)
         if goes_on and self._happenings is not None:

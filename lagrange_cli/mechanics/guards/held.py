@@ -19,9 +19,10 @@ from collections.abc import Collection, Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.guards.guard import Guard
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
-from lagrange_cli.mechanics.guards.vectors import constrained
+from lagrange_cli.mechanics.guards.vectors import constrained, made_of
 from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
@@ -73,6 +74,7 @@ def held_by_multipliers(
             kept = graph.ddt(kept)
         others = shares.get(number, {})
         together = {*(resting[i][2] for i in others)}
+        against = held_on(modes, u) if rests else []
 
         def chosen(
             held: Node,
@@ -89,10 +91,18 @@ def held_by_multipliers(
             return three_ways(graph, mode, sides[0], sides[0], sides[1])
 
         least = graph.sum([(free, 1.0), *((graph.ddt(symbols[i]), -a) for i, a in others.items())])
-        added.append(chosen(HEAVY * kept, free, least))
-        row = [chosen(HEAVY * graph.diff(u, x), zero) for x in by[:own]]
+        row, kept = [HEAVY * graph.diff(u, x) for x in by[:own]], HEAVY * kept
+        for mode_of, factors in against:
+            force = graph.sum([(b * graph.ddt(symbols[i]), 1.0) for i, b in factors.items()])
+            kept = three_ways(graph, mode_of, kept, kept, force)
+            row = [three_ways(graph, mode_of, a, a, zero) for a in row]
+        added.append(chosen(kept, free, least))
+        row = [chosen(a, zero) for a in row]
         one = chosen(zero, graph.one, graph.one)
         shares_of = {symbols[i]: chosen(zero, zero, graph.constant(-a)) for i, a in others.items()}
+        for mode_of, factors in against:
+            part = {i: three_ways(graph, mode_of, zero, zero, b) for i, b in factors.items()}
+            shares_of |= {symbols[i]: chosen(b, zero) for i, b in part.items()}
         shares_of[symbol] = one
         slopes.append([*row, *(shares_of.get(other, zero) for other in symbols), *constraints])
     wider = replace(
@@ -145,6 +155,24 @@ def held_back(modes: Modes, residual: Residual, guard: Guard) -> list[tuple[int,
         (j, modes.graph.sum([(b * force, 1.0) for b, force in zip(factors, multipliers)]), driven)
         for j, factors, driven in constrained(residual, guard.vector)
     ]
+
+
+def held_on(modes: Modes, place: Node) -> list[tuple[Node, dict[int, Node]]]:
+    """What holds a vector whose parts make up the velocity of a contact's ``place``: it holds this, too, and
+    the contact takes the force against it. Its mode, and the factors of the parts of that force. Where there
+    are several vectors, more than one force may hold the contact, and nothing is changed."""
+    graph, model = modes.graph, modes.residual.model
+    holding = [one for one in modes.guards.values() if one.vector is not None and one.holding]
+    if len(holding) != 1 or not is_zero(graph.diff(place, model.time)):
+        return []
+    (guard,) = holding
+    assert guard.vector is not None
+    slopes = graph.gradient(place, numbered(model.q))
+    row = [slopes.get(k, graph.zero) for k in range(len(model.q))]
+    factors = made_of(graph, model.v, guard.vector, row)
+    if factors is None or all(map(is_zero, factors)):
+        return []
+    return [(guard.holds(graph), dict(zip(guard.holding, factors)))]
 
 
 def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:

@@ -55,14 +55,24 @@ def constrained(residual: Residual, vector: Vector) -> list[tuple[int, list[Node
     constraints, zero = Constraints(model), dict.fromkeys(model.v, graph.zero)
     first, at_rest = len(residual.residual) - len(model.constraints), substituted(graph, vector.parts, zero)
     for j, (slopes, drift) in enumerate(zip(constraints.slopes, constraints.drifts), first):
-        rest, factors = [slopes.get(k, graph.zero) for k in range(len(model.q))], []
-        for pivot, part, own in zip(vector.pivots, vector.parts, at_rest):
-            factors.append(rest[model.v.index(pivot)])
-            rest = [a - factors[-1] * graph.diff(part, v) for a, v in zip(rest, model.v)]
-            drift = drift - factors[-1] * own
-        if all(map(is_zero, rest)):
+        factors = made_of(graph, model.v, vector, [slopes.get(k, graph.zero) for k in range(len(model.q))])
+        if factors is not None:
+            for b, own in zip(factors, at_rest):
+                drift = drift - b * own
             found.append((j, factors, not is_zero(drift)))
     return found
+
+
+def made_of(
+    graph: Graph, velocities: Sequence[Node], vector: Vector, slopes: Sequence[Node]
+) -> list[Node] | None:
+    """The factors b_i of sum_i b_i u_i with these slopes by velocities; None if the vector does not make up
+    what has them."""
+    rest, factors = [*slopes], list[Node]()
+    for pivot, part in zip(vector.pivots, vector.parts):
+        factors.append(rest[velocities.index(pivot)])
+        rest = [a - factors[-1] * graph.diff(part, v) for a, v in zip(rest, velocities)]
+    return factors if all(map(is_zero, rest)) else None
 
 
 def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ...]] | None:

@@ -19,6 +19,7 @@ from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
@@ -61,7 +62,7 @@ class Continuous:
             return False
         for at in solutions(graph, u, moving):
             left = substituted(graph, sides(graph, self.constraint, u), at)
-            return all(not one.symbols & moving and not one.is_zero for one in left)
+            return all(is_never_zero(one, moving) for one in left)
         return False
 
     @property
@@ -72,6 +73,13 @@ class Continuous:
     def refusal(self, when: str = "", *, rush: bool = False) -> InfiniteForce:
         """The error if it jumps, or changes in a ``rush``."""
         return InfiniteForce(self.key, when, name=self.name, kink=self.slope, rush=rush)
+
+
+def is_never_zero(node: Node, moving: int) -> bool:
+    """Whether that is visible; of what does not move, numbers are to tell it."""
+    if not node.symbols & moving:
+        return not node.is_zero
+    return any(signs(one, {}) is Sign.POSITIVE for one in (node, -node))
 
 
 Case: TypeAlias = "tuple[Continuous, Node, list[Node], Node]"

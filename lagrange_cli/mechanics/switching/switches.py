@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
-from lagrange_cli.expression.signs import in_terms_of, proportional
+from lagrange_cli.expression.signs import Sign, in_terms_of, proportional, signs
 from lagrange_cli.mechanics.multiplied_out import monomials
 from lagrange_cli.mechanics.substitution import rebuilt, rewritten, substituted
 
@@ -148,6 +148,7 @@ class Merging:
     def __init__(self, graph: Graph, moving: int) -> None:
         self.graph, self.moving = graph, moving
         self._made: dict[Node, Node] = {}
+        self._known: dict[Node, Sign] = {}
 
     def merged(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """``nodes`` with one switch in place of several by the same argument, where these are terms of a sum
@@ -205,11 +206,15 @@ class Merging:
             return self._between(argument, above, below)
         if base.is_zero:
             return self.graph.switch(exponent, self.graph.zero, self.graph.constant(math.nan))
-        return self.graph.power(base, exponent)
+        positive = [one for one in factors_of(inner) if signs(one[0], self._known) is Sign.POSITIVE]
+        rest = self.graph.product([(base, 1), *((one, -e) for one, e in positive)])
+        powers = [(self.graph.power(one, exponent), e) for one, e in positive]
+        return self.graph.product([*powers, (self.graph.power(rest, exponent), 1)])
 
     def _base(self, node: Node) -> Node:
-        """The base of a power without a series at 0, as a switch if it is 0 all along in some branch."""
-        lifted = self._lifted(node)
+        """The base of a power without a series at 0, as a switch if it is 0 all along in some branch, or a
+        product with one."""
+        lifted = self._multiplied(self._lifted(node))
         if self._switches(self.graph.split_coefficient(lifted)[1]) or has_rates(node):
             return lifted
         found = {one.arguments[0]: one for one in switches([node], self.moving)}
@@ -237,6 +242,21 @@ class Merging:
         rest = node - node.data[1][place] * found
         first, second = (self._lifted(rest + node.data[1][place] * one) for one in found.arguments[1:])
         return self._between(found.arguments[0], first, second)
+
+    def _multiplied(self, node: Node) -> Node:
+        """A product that contains switches as a switch between products, unless it contains rates."""
+        inner = self.graph.split_coefficient(node)[1]
+        if inner.kind is not Kind.PRODUCT or has_rates(node):
+            return node
+        found = next(((one, e) for one, e in factors_of(inner) if self._switches(one)), None)
+        if found is None:
+            return node
+        switch, exponent = found
+        rest = self.graph.product([(node, 1), (switch, -exponent)])
+        first, second = (
+            self._multiplied(self.graph.product([(rest, 1), (one, exponent)])) for one in switch.arguments[1:]
+        )
+        return self._between(switch.arguments[0], first, second)
 
     def _applied(self, node: Node, arguments: list[Node]) -> Node:
         """A function of switches as a switch between functions."""
