@@ -18,6 +18,9 @@ AT_REST = 2.0**-80
 large as its negative mark, where it is known less well."""
 HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
+RIDES, RIDDEN = 1.5, 3.0
+"""The same as ``mechanics.guards.modes`` has, for those that do not import it: of modes of friction that
+constraints bind to what others hold."""
 CHANGES, EACH = 64.0, 4.0
 """If so many modes change while t hardly does, or so many for each guard, the motion is held there, or
 ends."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,12 +72,31 @@ class Leading(Unfelt):
         found = self._coefficients_of(self._layout.v.start, self._layout.v.stop)[:, 0]
         return float(np.abs(found).max())
 
+    @cached_property
+    def _binds(self) -> NDArray[np.bool_]:
+        """The guards of friction that constraints may bind together."""
+        guards = self._rows.guards[: self.count]
+        found = np.array(
+            [bool(one.multiplier) and not one.parts and not one.placed for one in guards], np.bool_
+        )
+        return found & self._rows.constrained
+
+    def _stopped(self) -> NDArray[np.bool_]:
+        """Which arguments of friction are 0 but for rounding, also that of the present time."""
+        if not self._binds.any():
+            return self._binds
+        u, rates = np.abs(self._arguments()), np.abs(self._coefficients_of_arguments()[:, 1])
+        layout = self._layout
+        speed = np.abs(self.memory[layout.v]).max() + self._largest_acceleration() * abs(self.length())
+        sizes = speed + rates * abs(float(self.memory[layout.time]))
+        found: NDArray[np.bool_] = self._binds & (u <= NOTHING[layout.parts - 1] * sizes)
+        return found
+
     def _bound_at_rest(self) -> NDArray[np.bool_]:
         """Which guards of friction at its limit are at rest, bound to something that is held. Velocities that
         are rounding errors are taken away."""
         found, layout = self._arguments(), self._layout
-        speeds = np.abs(self.memory[layout.v]).max() + self._largest_acceleration() * abs(self.length())
-        nothing = self._explicit & (found != 0.0) & (np.abs(found) <= NOTHING[layout.parts - 1] * speeds)
+        nothing = self._explicit & (found != 0.0) & self._stopped()
         if nothing.any():
             still = np.isin(self.memory[layout.v], found[nothing])
             for part in range(2):

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.guards.at_zero import ROUNDED_OFF
-from lagrange_cli.integrate.guards.creeping import Creeping
 from lagrange_cli.integrate.guards.leading import few_or_all
+from lagrange_cli.integrate.guards.lifting import Lifting
 from lagrange_cli.integrate.guards.modes import ROUNDING
-from lagrange_cli.integrate.guards.pivoting import Pivoting, dip
+from lagrange_cli.integrate.guards.pivoting import Pivoting
 from lagrange_cli.integrate.guards.resting import SOON
-from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
+from lagrange_cli.native.guards import HELD, RIDES, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import Clock
 
@@ -33,17 +32,17 @@ JUST = 2.0**-45
 """A change of a mode so short a part of the time ago is one that has just been."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
-OFTEN = 4
-"""If a guard is due so many times more at one time, and no other, rounding leads it back."""
+TOGETHER = 64
+"""How often modes are chosen at one time before those of all friction of many members are chosen at once."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(Creeping):
+class Settling(Lifting):
     """The choice of the modes of switches."""
 
     _attempts, _latest = 0, np.nan
-    _again, _due = 0, -1
+    _due = -1
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -185,7 +184,7 @@ class Settling(Creeping):
         fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
         fresh |= self._bound_at_rest() if self._rows.bound else False
         marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
-        if self._rows.guards[due].multiplier and before:
+        if self._rows.guards[due].multiplier and before and not self._rows.guards[due].explicit:
             self._stop_at(due)
         if before == 0.0 and not self._rows.guards[due].multiplier and not self.has_left(due):
             return True
@@ -241,6 +240,7 @@ class Settling(Creeping):
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
         ``first``, or the other one."""
+        stopped = self._stopped()
         able = [j for j in guards if self._rows.guards[j].multiplier] if held else []
         free = [j for j in guards if j not in able]
         self.marks[: self.count] = np.minimum(self.marks[: self.count], 0.0)
@@ -250,7 +250,16 @@ class Settling(Creeping):
         self.modes[able] = 0.0
         self.regular(free)
         modes, held_first = self.modes.copy(), [*able]
-        found, entered = self._agreed(guards, able, first)
+        at_once = not self._rows.bound or self._attempts % TOGETHER == TOGETHER - 1
+        group = self._balanced(guards, stopped) if at_once else []
+        found, entered = (True, list[int]()) if group else self._agreed(guards, able, first)
+        if self._rows.bound and not found:
+            self.modes[:] = modes
+            group = self._balanced(guards, stopped)
+            found = bool(group)
+        if group:
+            guards = able = [*dict.fromkeys([*guards, *group])]
+            self.mark([j for j in guards if self.modes[j] <= RIDES])
         if self._rows.bound and not found:
             self.modes[:], able = modes, held_first
             found, entered = self._agreed(guards, able, first, again=True)
@@ -269,31 +278,6 @@ class Settling(Creeping):
             self._lead_on([j for j in guards if self._rows.guards[j].multiplier and self.modes[j]])
         self.prepare()
         return found
-
-    def _lead_on(self, guards: Sequence[int]) -> None:
-        """Take arguments a little to their sides that begin at 0 with rounding errors of the other sign, so
-        that these do not lead back: where a force is let go at its limit, the first derivative is such an
-        error. Of places, take the rates. Steps on rates, which carry something on, look at values of
-        arguments instead: for them it is done if these lead back again and again."""
-        carried = bool(self.machine.program.carried)
-        if not guards or (carried and self._again < OFTEN):
-            return
-        self._series()
-        arguments = self._coefficients_of_arguments()[guards]
-        speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
-        least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(speeds.max())
-        placed = [j for j in guards if self._rows.guards[j].placed]
-        held = zip(placed, self._holding(placed).tolist())
-        resting = {j for j, size in held if np.isfinite(size)}
-        for j, u in zip(guards, arguments * self.modes[guards][:, None]):
-            own = u[1:] * np.arange(1, len(u)) if j in placed else u
-            farthest = dip(own[1:])
-            if j in placed:
-                if j in resting and own[0] < max(least, farthest):
-                    self._take_to(j, self.modes[j] * max(least, farthest))
-            elif farthest > 0.0 or carried:
-                self._take_to(j, self.modes[j] * max(least, farthest))
-                self.marks[j] = 0.0
 
     def _agreed(
         self, guards: Sequence[int], able: list[int], first: dict[int, float], *, again: bool = False

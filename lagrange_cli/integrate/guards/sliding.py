@@ -27,6 +27,8 @@ EXACT = 2
 """How often a velocity that is 0 up to rounding is set to 0."""
 TOGETHER = 2.0**-16
 """Vectors of which so much is left where steps on rates have taken one to 0 become 0 with it."""
+FAR = 2.0**10
+"""How much larger than the change of an argument those of velocities may be."""
 FEW, SAME_TIME = 4.0, 16.0
 """A velocity of so many rounding errors may be 0; and times are one that differ by so many times as much."""
 
@@ -237,7 +239,7 @@ class Sliding(Drag):
                 slopes.append((order + 1) * float(u[order + 1]))
             self.modes[j] = own
             change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
-            if not np.all(np.isfinite(change)):
+            if not np.all(np.abs(change) <= FAR * abs(off)):  # as where something else holds it
                 return
             self._take_away(change, exactly=value == 0.0)
 

@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.guards.held import (
     held_by_multipliers,
     with_auxiliary,
 )
-from lagrange_cli.mechanics.guards.modes import Modes
+from lagrange_cli.mechanics.guards.modes import RIDES, Modes
 from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
@@ -160,13 +160,28 @@ def assembled(
     ending = [Guard(y, y, mode, broken=one) for y, mode, one in zip(places, symbols, broken)]
     symbols = (graph.symbol(f"edge {i}") for i in range(len(ends)))
     ending += [Guard(u, u, mode, edge=True) for u, mode in zip(ends, symbols)]
-    watched = [*(hushed(graph, one) for one in modes.guards.values()), *_cuts(modes, events), *ending]
+    watched = [*riding(modes, [hushed(graph, one) for one in modes.guards.values()])]
+    watched += [*_cuts(modes, events), *ending]
     poles = inner_poles(quadratures, rows, modes.moving, [one.argument for one in watched])
     symbols = (graph.symbol(f"pole {i}") for i in range(len(poles)))
     guards = (*watched, *(Guard(u, u, mode) for u, mode in zip(poles, symbols)), *silencers)
     named = dict(zip(integrands, quadratures))
     parts = tuple(u for guard in guards if guard.vector is not None for u in guard.vector.parts)
     return Guarded(wider, named, guards, len(modes.multipliers), events, modes.rests, limits, breaks, parts)
+
+
+def riding(modes: Modes, guards: Sequence[Guard]) -> Sequence[Guard]:
+    """Guards of friction that constraints may bind together: the arguments of those that ride are their
+    modes, as they would be rounding."""
+    if not (modes.followed and modes.residual.multipliers):
+        return guards
+    graph = modes.graph
+    return [
+        replace(one, argument=graph.switch(one.mode - RIDES, one.mode, one.argument, -1))
+        if one.auxiliary is not None and one.vector is None
+        else one
+        for one in guards
+    ]
 
 
 def beside_rows(residual: Residual, change: Callable[[Sequence[Node]], tuple[Node, ...]]) -> Residual:

@@ -16,6 +16,10 @@ from lagrange_cli.mechanics.substitution import rewritten
 from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with, where_zero
 from lagrange_cli.records import replace
 
+RIDES, RIDDEN = 1.5, 3.0
+"""Modes beyond the first one are ``RIDDEN`` and a part of the limit between -1 and 1: friction that
+constraints bind to what others hold takes this part (see ``integrate.guards.bound``)."""
+
 
 class Modes:
     """Modes, and what has been written with them so far. Guards whose arguments are ``free`` hold nothing. If
@@ -160,8 +164,11 @@ class Modes:
             self.guards[original] = replace(guard, reverses=True)
         multiplier = self.multipliers[guard.auxiliary]
         first, second = self._resting(original, above, below) or (above, below)
-        held = (first + second) / 2.0 + multiplier * (first - second) / 2.0
-        return three_ways(graph, guard.mode, above, below, held)
+        mean, half = (first + second) / 2.0, (first - second) / 2.0
+        if self.followed and self.residual.multipliers:
+            ridden = mean + (guard.mode - RIDDEN) * half
+            above = graph.switch(guard.mode - RIDES, ridden, above, -1)
+        return three_ways(graph, guard.mode, above, below, mean + multiplier * half)
 
     def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
         """The values of both branches where the argument is 0, if they contain a root of it: it has no series

@@ -199,8 +199,13 @@ def sliding(program: Program) -> str:
 def bound(program: Program) -> str:
     """Why a page cannot follow friction that constraints bind together, as a sentence; empty if there is
     none."""
-    holds = program.rows_of_guards.bound
-    return "Friction of many members beside constraints is computed by lagrange solve only." if holds else ""
+    rows = program.rows_of_guards
+    if rows.bound:
+        return "Friction of many members beside constraints is computed by lagrange solve only."
+    holding = sum(bool(one.multiplier) and not one.parts and one.event < 0 for one in rows.guards)
+    if not program.constraints or holding < 2 or holding + program.constraints <= rows.degrees:
+        return ""
+    return "Friction that may hold more than constraints leave free is computed by lagrange solve only."
 
 
 def beginning(program: Program) -> str:
