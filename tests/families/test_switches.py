@@ -18,7 +18,7 @@ from lagrange_cli.integrate.guards.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE
+from lagrange_cli.native.guards import EXPLICIT, PLACED, ROOTS, SIMPLE
 from lagrange_cli.native.stepping import guard_search
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
@@ -282,7 +282,7 @@ def compare(
     system = family_run(read_spec(text, "system.yaml"), asked)
     assert system is not None
     together = ready(text, outputs, backward=backward, method=method)
-    assert set(together.machine.program.guards) <= {SIMPLE, EXPLICIT, PLACED}
+    assert set(together.machine.program.guards) <= {SIMPLE, EXPLICIT, PLACED, *ROOTS}
     found = followed(together, text, stop)
     keep_families(monkeypatch, whole=False)
     apart = ready(text, outputs, backward=backward, method=method)
