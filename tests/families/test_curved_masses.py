@@ -177,18 +177,23 @@ def test_motions_backward_in_time(
     alike(*motions, 2.0**-40, text)
 
 
-@pytest.mark.exhaustive(keep=0.15)
-@pytest.mark.parametrize("case", range(8))
-def test_motions_in_double_double(
-    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text, motions = drawn(random.Random(f"{pytestconfig.option.seed} exact {case}")), []
+def moves_exactly_alike(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Members move in loops as written out, in double-double."""
+    motions = []
     for loops in True, False:
         in_loops(monkeypatch, loops=loops)
         ready, motion = exactly_followed(text, frozenset(["q", "v", "h"]))
         assert ready.machine.program.loops == loops, text
         motions.append(motion.data)
     alike(*motions, 2.0**-90, text)
+
+
+@pytest.mark.exhaustive(keep=0.15)
+@pytest.mark.parametrize("case", range(8))
+def test_motions_in_double_double(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moves_exactly_alike(drawn(random.Random(f"{pytestconfig.option.seed} exact {case}")), monkeypatch)
 
 
 BEADS = """

@@ -12,8 +12,7 @@ from scipy.integrate import solve_ivp
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.spec.read import read_spec
-from tests.families.test_closed_chains import exactly_followed
-from tests.families.test_curved_masses import in_loops
+from tests.families.test_curved_masses import in_loops, moves_exactly_alike
 from tests.support.families import alike, followed
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "action", "ledger"])
@@ -135,14 +134,8 @@ def test_motions_backward_in_time(
 def test_motions_in_double_double(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chance, motions = random.Random(f"{pytestconfig.option.seed} exact {case}"), []
-    text = drawn(chance) if case % 2 else placed(chance)
-    for loops in True, False:
-        in_loops(monkeypatch, loops=loops)
-        ready, motion = exactly_followed(text, frozenset(["q", "v", "h"]))
-        assert ready.machine.program.loops == loops, text
-        motions.append(motion.data)
-    alike(*motions, 2.0**-90, text)
+    chance = random.Random(f"{pytestconfig.option.seed} exact {case}")
+    moves_exactly_alike(drawn(chance) if case % 2 else placed(chance), monkeypatch)
 
 
 ARM = """
