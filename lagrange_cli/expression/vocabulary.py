@@ -71,6 +71,15 @@ def acceleration_name(coordinate: str) -> str:
     return suffixed(coordinate, ACCELERATION_SUFFIX)
 
 
+def dotted(name: str) -> tuple[str, int]:
+    """A name without its ending ``_dot`` or ``_ddot``, and the number of dots this ending stands for."""
+    base, bracket, index = name.partition("[")
+    for suffix, dots in ((ACCELERATION_SUFFIX, 2), (VELOCITY_SUFFIX, 1)):
+        if base.endswith(suffix) and base != suffix:
+            return base.removesuffix(suffix) + bracket + index, dots
+    return name, 0
+
+
 def suffixed(name: str, suffix: str) -> str:
     """The name with a suffix before the index that it may have."""
     base, bracket, index = name.partition("[")

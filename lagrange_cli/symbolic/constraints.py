@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable, Sequence
 import sympy
 
 from lagrange_cli.errors import NotLinear
+from lagrange_cli.expression.vocabulary import dotted
 from lagrange_cli.model.model import Constraint as Given
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Constraint
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.linear import Singular, solve
-from lagrange_cli.symbolic.notations import dotted
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
 from lagrange_cli.symbolic.textbook import neat

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from lagrange_cli.expression.vocabulary import dotted
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
-from lagrange_cli.symbolic.notations import GREEK, MEMBER, component, dotted, multiplied, split_index
+from lagrange_cli.symbolic.notations import GREEK, MEMBER, component, multiplied, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
 from lagrange_cli.symbolic.statements import Section, Statement
@@ -47,14 +48,14 @@ class Latex(Notation):
         text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
         if len(stem) > 1 and not stem.isdigit() and stem not in GREEK:
             text = rf"\mathrm{{{escaped(stem)}}}"
-        if dots:
-            text = rf"\{'d' * dots}ot{{{text}}}"
+        text = with_dots(text, dots)
         if indices:
             text += "_{" + ",".join(self.index(index) for index in indices) + "}"
         return text
 
     def verbatim(self, name: str) -> str:
-        return rf"\mathrm{{{escaped(name)}}}"
+        bare, dots = dotted(name)
+        return with_dots(rf"\mathrm{{{escaped(bare)}}}", dots)
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
@@ -246,6 +247,11 @@ def rows_of(statement: Statement, *, at_margin: bool) -> list[str]:
         else:
             rows[-1] += f" && {remark}"
     return rows
+
+
+def with_dots(text: str, dots: int) -> str:
+    """A symbol with dots above it, if any."""
+    return rf"\{'d' * dots}ot{{{text}}}" if dots else text
 
 
 def escaped(text: str) -> str:

@@ -6,10 +6,11 @@ import re
 from collections.abc import Sequence
 from html import escape
 
+from lagrange_cli.expression.vocabulary import dotted
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.whole import number
-from lagrange_cli.symbolic.notations import GREEK, MEMBER, component, dotted, split_index
+from lagrange_cli.symbolic.notations import GREEK, MEMBER, component, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
 from lagrange_cli.symbolic.statements import Section, Statement
@@ -29,6 +30,11 @@ LONGEST = 100_000
 def operator(sign: str) -> str:
     """A sign."""
     return f"<mo>{escape(sign)}</mo>"
+
+
+def with_dots(text: str, dots: int) -> str:
+    """A symbol with dots above it, if any."""
+    return f'<mover accent="true">{text}<mo>{"˙" if dots == 1 else "¨"}</mo></mover>' if dots else text
 
 
 def row(*parts: str) -> str:
@@ -51,15 +57,15 @@ class MathML(Notation):
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = f"<mi>{escape(letter)}</mi>"
-        if dots:
-            text = f'<mover accent="true">{text}<mo>{"˙" if dots == 1 else "¨"}</mo></mover>'
+        text = with_dots(text, dots)
         if indices:
             below = operator(",").join(self.index(index) if index else "" for index in indices)
             text = f"<msub>{text}{row(below)}</msub>"
         return text
 
     def verbatim(self, name: str) -> str:
-        return f"<mi>{escape(name)}</mi>"
+        bare, dots = dotted(name)
+        return with_dots(f"<mi>{escape(bare)}</mi>", dots)
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""

@@ -7,7 +7,7 @@ import keyword
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX, dotted
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.render import Level, Notation
@@ -26,15 +26,6 @@ MEMBER = rf"[^\W\d]\w*(?:\[{WITHIN}\])?"
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 DOTS = {0: "", 1: "\N{COMBINING DOT ABOVE}", 2: "\N{COMBINING DIAERESIS}"}
-
-
-def dotted(name: str) -> tuple[str, int]:
-    """A name without its ending ``_dot`` or ``_ddot``, and the number of dots this ending stands for."""
-    base, bracket, index = name.partition("[")
-    for suffix, dots in ((ACCELERATION_SUFFIX, 2), (VELOCITY_SUFFIX, 1)):
-        if base.endswith(suffix) and base != suffix:
-            return base.removesuffix(suffix) + bracket + index, dots
-    return name, 0
 
 
 def component(name: str) -> str:
@@ -274,14 +265,16 @@ class Unicode(Text):
             return self.whole(name)
         bare, dots = dotted(component(name))
         stem, indices = split_index(bare)
-        letter = GREEK.get(stem, stem)
-        text = letter[0] + DOTS[dots] + letter[1:]
+        text = with_dots(GREEK.get(stem, stem), dots)
         if any(re.search(r"\W", one) and (stem != "p" or "[" not in one) for one in indices):
             return f"{text}_[{', '.join(self.whole(one) for one in indices)}]"
         for last, index in zip(["", *indices], indices):
             comma = "," if last.isdigit() and index.isdigit() else ""
             text += comma + index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.name(index)}"
         return text
+
+    def verbatim(self, name: str) -> str:
+        return with_dots(*dotted(name))
 
     def whole(self, text: str) -> str:
         """An index that is computed."""
@@ -317,6 +310,11 @@ class Unicode(Text):
         if function == "abs":
             return self.power(f"|{arguments[0]}|", exponent) if exponent else f"|{arguments[0]}|"
         return f"{self.power(function, exponent) if exponent else function}({', '.join(arguments)})"
+
+
+def with_dots(name: str, dots: int) -> str:
+    """A name with dots above its first letter."""
+    return name[0] + DOTS[dots] + name[1:]
 
 
 def multiplied(factors: Sequence[str], dot: str) -> str:

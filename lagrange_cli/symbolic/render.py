@@ -11,6 +11,7 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Absolute, Switch
+from lagrange_cli.expression.vocabulary import dotted
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Summed
 from lagrange_cli.symbolic.order import Order, base_and_exponent, digits_of, is_negative, reads_as_fraction
@@ -41,14 +42,15 @@ class Notation(ABC):
 
     def name(self, name: str) -> str:
         """A name: a parameter, a coordinate, a velocity ``theta_dot``, an acceleration ``theta_ddot``."""
-        return self.verbatim(name) if name in self.literal else self.symbol(name)
+        shown_as_is = name in self.literal or dotted(name)[0] in self.literal
+        return self.verbatim(name) if shown_as_is else self.symbol(name)
 
     @abstractmethod
     def symbol(self, name: str) -> str:
         """A name in the letters, indices and dots of the notation."""
 
     def verbatim(self, name: str) -> str:
-        """A name, letter by letter."""
+        """A name, letter by letter, but for its dots."""
         return name
 
     @abstractmethod

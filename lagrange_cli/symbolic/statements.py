@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy
 
-from lagrange_cli.expression.vocabulary import CALLABLE
+from lagrange_cli.expression.vocabulary import CALLABLE, dotted
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.order import Order, Role
@@ -57,7 +57,7 @@ def alike(notation: Notation, order: Order) -> frozenset[str]:
         shown.setdefault(notation.symbol(symbol.name), []).append(symbol.name)
 
     def first(name: str) -> tuple[bool, bool, bool]:
-        return notation.verbatim(name) != notation.symbol(name), name not in moving, "_" in name
+        return notation.verbatim(name) != notation.symbol(name), name not in moving, "_" in dotted(name)[0]
 
     taken = {notation.pi, *map(notation.symbol, CALLABLE)}
     others = [sorted(names, key=first)[text not in taken :] for text, names in shown.items()]

@@ -141,11 +141,15 @@ class Reader:
             token = self.next()
             self.take("}")
         if self.following != "_":
-            written = token.removeprefix(r"\mathrm{").removesuffix("}").replace("\\", "")
-            if written + dots in self.names:
-                return self.names[written + dots]
+            written = verbatim(token) + dots
+            if written in self.names:
+                return self.names[written]
             return +mpmath.pi if token == r"\pi" else self.names[letters(token) + dots]
-        index = letters("".join(self.indices()))
+        tokens = self.indices()
+        written = f"p|{verbatim(tokens[1])}{dots}"
+        if token == "p" and len(tokens) == 3 and written in self.names:
+            return self.names[written]
+        index = letters("".join(tokens))
         if token != "p":  # the momentum of what has indices
             index = index.replace("|", "")
         return self.names[f"{letters(token)}|{index}{dots}"]
@@ -206,6 +210,11 @@ class Reader:
         return bool(
             {"<": left < right, ">": left > right, r"\ge": left >= right, r"\le": left <= right}[sign]
         )
+
+
+def verbatim(token: str) -> str:
+    """The letters of a name that is written out."""
+    return token.removeprefix(r"\mathrm{").removesuffix("}").replace("\\", "")
 
 
 def letters(text: str) -> str:

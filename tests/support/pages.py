@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Set
 from typing import Any
 
 import mpmath
@@ -82,8 +82,7 @@ def indexed(name: str) -> str:
         rate = {"": "", "v": "_dot", "a": "_ddot"}[point[3]]
         name = f"{point[4]}_{point[1]}{rate}{point[2] or ''}"
     family, _, index = name.rstrip("]").partition("[")
-    dots = "''" if family.endswith("_ddot") else "'" if family.endswith("_dot") else ""
-    family = re.sub("_d+ot$", "", family) if dots else family
+    family, dots = undotted(family)
     if re.match(r"p_[^\W\d]", family):  # a momentum
         of = family.removeprefix("p_") + (f"[{index}]" if index else "")
         return f"p|{indexed(of)}{dots}"
@@ -93,12 +92,25 @@ def indexed(name: str) -> str:
     return "|".join(filter(None, (stem, ",".join([*parts, *filter(None, [index])])))) + dots
 
 
-def read_names(values: Mapping[str, Any], literal: Iterable[str], between: str = "$^") -> dict[str, Any]:
+def undotted(name: str) -> tuple[str, str]:
+    """A name without its ending, and a prime for each dot that this stands for."""
+    base, rate, _ = re.fullmatch(r"(.*?)((_d+ot)?)", name).groups()
+    return base, {"": "", "_dot": "'", "_ddot": "''"}[rate]
+
+
+def written_out(name: str, literal: Set[str]) -> str:
+    """How a rate or the momentum of a name that is written out is looked up; nothing for others."""
+    momentum, of = ("p|", name.removeprefix("p_")) if name.startswith("p_") else ("", name)
+    base, dots = undotted(of)
+    return momentum + base + dots if base in literal else ""
+
+
+def read_names(values: Mapping[str, Any], literal: Set[str], between: str = "$^") -> dict[str, Any]:
     """Values by what is read, without the commas between indices that match ``between``; those of names
     that are written out by the names."""
-    found = {name: values[name] for name in literal}
+    found = {name: values[name] for name in literal & values.keys()}
     for name in values.keys() - found.keys():
-        key = re.sub(between, "", indexed(name))
+        key = written_out(name, literal) or re.sub(between, "", indexed(name))
         assert key not in found, f"{name} looks like another name"
         found[key] = values[name]
     return found
@@ -210,6 +222,8 @@ class Reader:
         plain = re.sub(f"[{DOT}{DOTS}]", "", token)
         momentum = "p|" if plain.startswith("p_") else ""
         plain = plain.removeprefix("p_") if momentum else plain
+        if momentum + plain + dots in self.names:
+            return self.names[momentum + plain + dots]
         stem = re.split("[_₀-₉]", plain)[0]
         name = momentum + "|".join(filter(None, (stem, plain[len(stem) :].replace("_", ""))))
         name = "".join(GREEK.get(one, SUBSCRIPTS.get(one, one)) for one in name)

@@ -69,14 +69,12 @@ def event_line(each: EventLine, writer: Writer) -> Statement:
 def sections_of_motion(equations: FamilyEquations, form: str, writer: Writer) -> list[Section]:
     """Those without events."""
     used = names_used(equations)
-    sizes = Section(
-        "Sizes",
-        tuple(
-            Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
-        ),
+    sizes = tuple(
+        Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
     )
+    first = [Section("Sizes", sizes)] if sizes else []
     if form in OTHER_FORMS:
-        return [sizes, *OTHER_FORMS[form](equations, writer)]
+        return [*first, *OTHER_FORMS[form](equations, writer)]
     of_motion = [
         Statement(one.left, one.right, with_members(one.remark, line.loops, writer))
         for line, equation in equations.equations
@@ -86,7 +84,7 @@ def sections_of_motion(equations: FamilyEquations, form: str, writer: Writer) ->
     if equations.constraints:
         conserved = (*conserved, Statement("", "", NOT_LOOKED_FOR))
     return [
-        sizes,
+        *first,
         *trees(equations, writer),
         *places(equations, writer),
         lagrangian_section(equations.T, equations.U, equations.L, writer),
