@@ -148,7 +148,7 @@ def test_dense_factors_give_the_same(
     monkeypatch.setattr(systems, "_LATEST", [])
     assert coupled(text).saddle.elimination is None  # type: ignore[union-attr]
     _, found = followed(text, OUTPUTS)
-    alike(found.data, expected.data, 2.0**-42, text)
+    alike(found.data, expected.data, 2.0**-40, text)  # velocities to 100 ulp make multipliers to 1000
 
 
 @pytest.mark.exhaustive(keep=0.15)
