@@ -207,6 +207,8 @@ class Reader:
 
     def relation(self) -> bool:
         left, sign, right = self.sum(), self.next(), self.sum()
+        if any(isinstance(one, mpmath.mpc) for one in (left, right)):
+            return False  # it is not reached: in x > 0 and sqrt(x) < 1, where x < 0
         return bool(
             {"<": left < right, ">": left > right, r"\ge": left >= right, r"\le": left <= right}[sign]
         )

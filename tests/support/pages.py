@@ -253,4 +253,6 @@ class Reader:
 
     def relation(self) -> bool:
         left, sign, right = self.sum(), self.next(), self.sum()
+        if any(isinstance(one, mpmath.mpc) for one in (left, right)):
+            return False  # it is not reached
         return bool({"<": left < right, ">": left > right, "≥": left >= right, "≤": left <= right}[sign])
