@@ -135,8 +135,8 @@ def moving_axes(builder: FamilyBuilder, spec: Spec) -> Node:
     terms = []
     for domain, parts in speeds.items():
         energy = halved_squares(builder.graph, parts)
-        if energy is None:
-            raise Unsuited
+        if energy is None:  # as of a bicycle: masses have the derivatives of places as factors then
+            energy = builder.graph.sum([(mass * u * u, 0.5) for mass, u in parts])
         terms.append(Term(domain, energy, domain.together))
     return builder.slots.own(builder.root, builder.added(1, terms))
 

@@ -259,6 +259,25 @@ def test_pivots_are_chosen_where_masses_may_be_negative(method: str, monkeypatch
     assert np.ptp(found["diagnostics/p/b"], axis=0).max() < (1e-14 if method == "taylor" else 1e-9)
 
 
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_energies_that_are_too_long_to_be_multiplied_out(
+    method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Masses have the derivatives of places as factors."""
+    waves = " + ".join(f"sin({n}*a[i] + b[i])/{n**2}" for n in range(1, 24))
+    text = f"""
+sizes: {{N: 5}}
+coordinates:
+  a[i in range(N)]: {{initial: i/20, velocity: 0.5}}
+  b[i in range(N)]: {{initial: 1, velocity: 0.3*cos(i)}}
+masses: {{'bead[i in range(N)]': 1.5}}
+embedding: {{'bead[i in range(N)]': ['3*a[i] + {waves}', 'b[i] + sin(a[i])/3']}}
+potential: sum(a[i]**2 + bead[i].x*bead[i].y for i in range(N))
+"""
+    found, expected = both_ways(text, method, 0.5, monkeypatch)
+    alike(found.data, expected.data, 2.0**-42)
+
+
 def test_masses_that_are_singular_end_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """As on the axis of polar coordinates."""
     text = """
