@@ -192,6 +192,8 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     """Why the equations are not printed with indices."""
     from lagrange_cli.families.system import UNKNOWN, without_constraints
 
+    if not spec.coordinate_families:
+        return "no coordinate has an index"
     if coordinates:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
