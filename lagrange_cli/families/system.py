@@ -20,7 +20,6 @@ from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.arrays import Domain
 from lagrange_cli.families.derivation import articulated, separate
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.switching.holding import holds_more
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec
 
@@ -46,8 +45,8 @@ FEWEST_BOUND = 12
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 FEWEST_COUPLED = 6
 """Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
-FEWEST_HELD = 2
-"""Coordinates below which they are, too, where friction may hold more than constraints leave free."""
+FEWEST_HELD = 8
+"""Coordinates below which they are, too, where friction is beside constraints."""
 MOST_WRITTEN_OUT = 150
 """Coordinates up to which they are, too, if some constraints follow from others in turn, and too much is
 coupled."""
@@ -77,7 +76,7 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
         return None
     if found.joints and found.joints.count:
         return found
-    if found.q.count >= FEWEST_HELD and holds_more(found):
+    if found.q.count >= FEWEST_HELD and found.bonds is not None and rests(found):
         return found
     if found.bodies:
         least = FEWEST_SLIDING if found.curved else FEWEST_TURNING
@@ -91,6 +90,12 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
         least = FEWEST_CURVED if found.curved else FEWEST
         few = found.terms + watched < (least if found.smooth is None else FEWEST_SWITCHED)
     return None if few or mostly_single(found) else found
+
+
+def rests(system: FamilySystem) -> bool:
+    """Whether friction may hold coordinates."""
+    modes = None if system.smooth is None else system.smooth.modes
+    return modes is not None and modes.halts is not None
 
 
 def fewest_bound(system: FamilySystem) -> int:

@@ -95,7 +95,7 @@ def text_of(
 
 TOGETHER = "rods", "rods in a row", "pairs", "a driven support"
 """Those in which friction may hold more than constraints leave free: forces that hold are not determined.
-Written out, such motions may end where they begin, or be wrong by some percent."""
+What moves is."""
 APART = [case for case in CASES if case not in TOGETHER]
 
 
@@ -109,17 +109,17 @@ def test_friction_is_that_of_the_members(case: str, count: int, monkeypatch: pyt
 @pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("case", TOGETHER)
+@pytest.mark.parametrize("whole", [True, False])
 def test_friction_is_the_limit_of_smooth_forces(
-    case: str, count: int, monkeypatch: pytest.MonkeyPatch
+    case: str, count: int, whole: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keep_families(monkeypatch, whole=True)
-    text = system(case, count)
-    near_limit(text, 3.0)
+    """In loops and written out."""
+    keep_families(monkeypatch, whole=whole)
+    near_limit(system(case, count), 3.0)
 
 
 @pytest.mark.parametrize("count", [3, 8])
-def test_few_members_are_families_too_where_friction_holds_more_than_is_free(count: int) -> None:
-    """Written out, the motion of 3 ends at the start, and that of 8 is off by 0.02."""
+def test_few_members_move_as_many_do(count: int) -> None:
     near_limit(system("rods", count), 3.0)
 
 
@@ -220,10 +220,10 @@ def test_a_train_stops_and_starts_as_one_block(count: int, monkeypatch: pytest.M
 
 
 @pytest.mark.exhaustive(keep=0.5)
-def test_sleds_on_edges(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Along its edge, a sled is a block under the friction of both components. (Written out, forces that hold
-    both of them beside the edge are not determined, and motions are wrong.)"""
-    keep_families(monkeypatch, whole=True)
+@pytest.mark.parametrize("whole", [True, False])
+def test_sleds_on_edges(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Along its edge, a sled is a block under the friction of both components."""
+    keep_families(monkeypatch, whole=whole)
     pull = "-sum(x[i]*1.5*sin(2*t) for i in range(N))"
     text = text_of(9, ROW, pull, SLEDS, BOTH, section="nonholonomic")
     found = followed(ready(text), text, 5.0)

@@ -243,14 +243,3 @@ def by_term(listed: Sequence[Friction]) -> Mapping[Term, Sequence[Friction]]:
     for one in listed:
         found.setdefault(one.term, []).append(one)
     return found
-
-
-def holds_more(system: FamilySystem) -> bool:
-    """Whether friction may hold more than constraints leave free. It is not determined then which forces
-    hold, and motions that are written out may be wrong, or end."""
-    modes = None if system.smooth is None else system.smooth.modes
-    if modes is None or modes.halts is None or system.bonds is None:
-        return False
-    bound = np.concatenate([rows for one in system.bonds.bounds for rows in one.rows])
-    held = modes.halts.gates.terms[0].targets
-    return len(np.intersect1d(held, bound)) + system.bonds.count > len(np.unique(bound))
