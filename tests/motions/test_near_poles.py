@@ -31,6 +31,9 @@ twice in doubles."""
 DRIFT, WHOLE = 1e-8, 1e-7
 """The angles turn by pi within a thousandth of the time: so precisely do h and the axes come out of it. (With
 spin = 0.033, h drifted by 2e-9 of itself when each step near the pole was halved, too, in 122,440 steps.)"""
+KNOWN = 64 * 2.0**-52
+"""At a distance d from the pole, accelerations grow as 1/d^2, and so do rounding errors: by this many of them
+h and the axes may be off. (At d = 1.6e-4, ias15, DOP853 and Radau are off by 1, in up to 4 million steps.)"""
 
 
 @pytest.mark.exhaustive(keep=1)
@@ -47,11 +50,14 @@ def test_a_body_passes_a_pole_of_its_angles(
         spin = 10 ** source.uniform(-6, -1)
         sets = {"spin": spin, "other": spin * source.uniform(-3, 1), "speed": source.uniform(4, 9)}
         found, exact = (
-            lagrange.solve(text, stop=0.3, samples=31, outputs="h,observables", set=sets, precision=one)
+            lagrange.solve(text, stop=0.3, samples=3001, outputs="q,h,observables", set=sets, precision=one)
             for one in (precision, "double-double")
         )
         counts.append(found.attributes["steps"])
-        assert found.attributes["h_drift"] < DRIFT * abs(found.h[0]), sets
+        pole = np.pi / 2 if sequence == "zyx" else 0.0
+        least = KNOWN / np.min(np.sin(exact.q["b"] - pole) ** 2)
+        assert found.attributes["h_drift"] < max(DRIFT, least) * abs(found.h[0]), sets
         for name in ("x", "y", "z"):
-            assert np.max(np.abs(found.observables[name] - exact.observables[name])) < WHOLE, sets
+            off = np.max(np.abs(found.observables[name] - exact.observables[name]))
+            assert off < max(WHOLE, least), sets
     assert max(counts) < PASSES[precision]
