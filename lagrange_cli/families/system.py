@@ -55,7 +55,7 @@ ALONE = 300
 SPARED = 3
 """How many times as much there has to be to do as is written singly, for loops to pay."""
 Reason: TypeAlias = "tuple[str, ...]"
-UNKNOWN = ("replaced",)
+UNKNOWN = ("replaced", "massless")
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None, Reason]] = []

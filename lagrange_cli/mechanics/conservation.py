@@ -47,7 +47,7 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     energetics, graph = Energetics(model), graph_of(model)
     conserved: list[Conserved] = []
     cyclic: list[str] = []
-    constrained = bool(model.constraints)
+    constrained = any(not one.of for one in model.constraints)
     terms = [model.potential, *(u for p in model.particles for u in p.velocity)]
     given = terms if model.lagrangian is None else [model.lagrangian]
     rates = [energetics.lagrangian_rate(q) for q in model.q]
@@ -161,4 +161,5 @@ def energy_kept(model: Model[Node], energetics: Energetics, *, idle: bool = Fals
         plain = all(independent(graph, [model.potential], v) for v in model.v)
         if plain and independent(graph, positions, model.time):
             fixed = "positions and orientations" if any(p.body for p in model.particles) else "positions"
-    return kept_energy(applied=applied, constrained=bool(model.constraints), fixed=fixed, idle=idle)
+    constrained = any(not one.of for one in model.constraints)
+    return kept_energy(applied=applied, constrained=constrained, fixed=fixed, idle=idle)

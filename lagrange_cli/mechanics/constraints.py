@@ -91,18 +91,27 @@ class Constraints(OfModel):
     @cached_property
     def forces(self) -> tuple[Node, ...]:
         """sum_i lambda_i a_ik, for each coordinate."""
+        return self._forces([one.multiplier for one in self.model.constraints])
+
+    @cached_property
+    def acting(self) -> tuple[Node, ...]:
+        """The same without multipliers that are 0."""
+        multipliers = [self.graph.zero if one.of else one.multiplier for one in self.model.constraints]
+        return self._forces(multipliers)
+
+    def _forces(self, multipliers: Sequence[Node]) -> tuple[Node, ...]:
         graph, moving = self.graph, variables(self.model)
         terms: list[list[tuple[Node, Node]]] = [[] for _ in self.model.q]
-        for multiplier, slopes in zip(self.multipliers, self.slopes):
-            for k, slope in slopes.items():
+        for multiplier, slopes in zip(multipliers, self.slopes):
+            for k, slope in slopes.items() if not multiplier.is_zero else ():
                 terms[k].append((slope, multiplier))
         return tuple(contract(graph, some, moving) for some in terms)
 
     @property
     def power(self) -> Node:
         """-sum_i lambda_i b_i: the power of the forces of constraint."""
-        pairs = zip(self.multipliers, self.drifts)
-        return self.graph.sum([(multiplier * drift, -1.0) for multiplier, drift in pairs])
+        pairs = zip(self.model.constraints, self.drifts)
+        return self.graph.sum([(one.multiplier * drift, -1.0) for one, drift in pairs if not one.of])
 
     @property
     def equations(self) -> tuple[Node, ...]:

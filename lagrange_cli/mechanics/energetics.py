@@ -94,8 +94,8 @@ class Energetics(OfModel):
 
     @cached_property
     def forces(self) -> tuple[Node, ...]:
-        """Q_k of all forces outside L: ``applied`` ones and those of constraint."""
-        bound = Constraints(self.model).forces
+        """Q_k of all forces outside L: ``applied`` ones and those of constraint, but for those that are 0."""
+        bound = Constraints(self.model).acting
         return tuple(given + force for given, force in zip(self.applied, bound))
 
     @cached_property

@@ -77,7 +77,8 @@ def add_energetic(
     conserved: Iterable[Conserved],
 ) -> None:
     """Add to ``forms`` those that follow from L: Euler and Lagrange's, called ``base``, and its variants."""
-    forces = Energetics(model).forces
+    pairs = zip(Energetics(model).applied, Constraints(model).forces)
+    forces = tuple(given + force for given, force in pairs)
     lagrangian = acting(model, graph, lagrangian)
     residual, matrix = euler_lagrange(model, graph, lagrangian, forces)
     forms[base] = normalized(model, residual, matrix)

@@ -45,7 +45,8 @@ def _built(
     if not (moves if holonomic else turns):
         message, hint = NO_COORDINATE if holonomic else NO_VELOCITY
         problems.add_once(written.place, message.format(name), hint)
-    return Constraint(name, expression, scope.algebra.symbol(multiplier_name(name)), holonomic)
+    multiplier, of = scope.algebra.symbol(multiplier_name(name)), scope.spec.massless.get(name, "")
+    return Constraint(name, expression, multiplier, holonomic, of)
 
 
 def without_force(constrained: bool, idle: bool = False) -> str:

@@ -49,12 +49,14 @@ class Constraint(Generic[E]):
     the velocities.
 
     ``multiplier`` is the symbol of lambda: the generalized forces are lambda df/dq_k, or lambda dg/dq_dot_k.
+    It is 0 of the equation of motion ``of`` a coordinate without mass (``run.massless``).
     """
 
     name: str
     expression: E
     multiplier: E
     holonomic: bool = True
+    of: str = ""
 
 
 @dataclass(frozen=True)

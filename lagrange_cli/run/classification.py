@@ -136,6 +136,11 @@ def constraints_shown(found: Classification) -> list[str]:
     if not names:
         return []
     lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
+    massless = [*found.spec.massless.values()]
+    if massless:
+        those = "has no mass: its equation of motion is" if len(massless) == 1 else "have no mass: their"
+        those += " a constraint" if len(massless) == 1 else " equations of motion are constraints"
+        lines.append(f"{', '.join(in_short(massless, found.spec))} {those}, without accelerations")
     lines += [*integrable(found), *eliminated(found)]
     kept = {each.quantity for each in found.mechanics.conserved}
     changing = [name for name in found.mechanics.cyclic if f"p_{name}" not in kept]

@@ -71,6 +71,10 @@ def read_run(
 
         read = examine
     spec, problems = read(content, filename, sizes)
+    if not problems.found and spec.may_have_massless:
+        from lagrange_cli.run.massless import with_equations_of_the_massless
+
+        spec = with_equations_of_the_massless(spec)
     check_defaults(spec, problems)
     try:
         found = numbers(spec, problems)

@@ -21,7 +21,7 @@ def velocity_constraints(
 ) -> tuple[Integrability | None, dict[str, str]]:
     """Which constraints on velocities and combinations are integrable, and what these keep constant; nothing
     where that takes too much work. Without a ``model`` of all members, families decide it."""
-    if not spec.nonholonomic:
+    if not spec.nonholonomic.keys() - spec.massless.keys():
         return None, {}
     from lagrange_cli.mechanics.constrained.frobenius import MOST
     from lagrange_cli.mechanics.variables import graph_of
@@ -43,7 +43,7 @@ def velocity_constraints(
 
 def undecided(spec: Spec, found: Integrability | None) -> Iterator[str]:
     """What is not decided of constraints on velocities, in a sentence."""
-    if not spec.nonholonomic:
+    if not spec.nonholonomic.keys() - spec.massless.keys():
         return
     known = {} if found is None else found.alone
     if all(one is None for one in known.values()):

@@ -37,14 +37,14 @@ def balance(
     conserved: list[Conserved] = []
     changing: list[Changing] = []
     lagrangian = energies[2]
-    bound = forces_of(constraints, len(model.q))
+    bound, held = forces_of(constraints, len(model.q)), any(each.acts for each in constraints)
     for name, q, momentum, rate, force, own in zip(
         model.coordinates, model.q, momenta, slopes, forces, bound, strict=True
     ):
         if rate != 0 or branches_on(lagrangian, q, order):
             continue
         if force == own == 0:
-            because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(bool(constraints))}"
+            because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(held)}"
             conserved.append(Conserved(f"p_{name}", momentum, because))
         else:
             kinds = "a generalized force" * (force != 0), "a force of constraint" * (own != 0)
@@ -109,6 +109,7 @@ def balance_energy(
     Forces of constraint do work where the constraints have drifts b_i: sum_k a_ik v_k = -b_i.
     """
     kinetic, potential, lagrangian, h = energies
+    held = any(each.acts for each in constraints)
     slip = tidy(-slope(lagrangian, model.time), order)
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
     drawn = tidy(-sympy.Add(*(each.multiplier * each.drift for each in constraints)), order)
@@ -116,7 +117,7 @@ def balance_energy(
     branching = branches_on(lagrangian, model.time, order)
     if slip == power == drawn == 0 and not branching:
         because = "`L` does not contain `t` explicitly"
-        because += without_work(any(force != 0 for force in forces), bool(constraints))
+        because += without_work(any(force != 0 for force in forces), held)
         conserved.append(Conserved("h", h, f"{because}{identity}"))
     else:
         working = "generalized forces or friction" * (power != 0), "forces of constraint" * (drawn != 0)

@@ -7,7 +7,7 @@ a_k = df/dq_k and b = df/dt, or a_k = dg/dq_dot_k and b the rest of g. Its gener
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import sympy
 
@@ -54,6 +54,25 @@ def multiplier_symbols(
         taken.add(base + bracket + index)
         found.append(sympy.Symbol(base + bracket + index))
     return tuple(found)
+
+
+def with_equations(
+    model: Model[sympy.Expr], lefts: Mapping[str, sympy.Expr], order: Order
+) -> Model[sympy.Expr]:
+    """The model in which the constraints of coordinates without mass are the left sides of their equations of
+    motion, by name: exactly, as all numbers are here."""
+    constraints = tuple(
+        replace(one, expression=tidy(lefts[one.of], order)) if one.of else one for one in model.constraints
+    )
+    return replace(model, constraints=constraints)
+
+
+def without_idle_multipliers(
+    constraints: Iterable[Constraint], model: Model[sympy.Expr]
+) -> tuple[Constraint, ...]:
+    """The constraints of a model, with 0 for the multipliers of those that are equations of motion."""
+    pairs = zip(constraints, model.constraints, strict=True)
+    return tuple(replace(each, multiplier=sympy.S.Zero) if one.of else each for each, one in pairs)
 
 
 def shown_constraints(

@@ -112,7 +112,10 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
         data["unknown_reactions"] = dict(equations.unknown_reactions)
     if form == "vakonomic":
         wrong = vakonomic_form(equations)
-        order, names = wrong.order, [each.name for each in equations.constraints if not each.holonomic]
+        order, names = (
+            wrong.order,
+            [each.name for each in equations.constraints if not each.holonomic and each.acts],
+        )
         notation = Sympy(identifiers(map(str, order.ranks)))
         data["vakonomic"] = {
             "lagrangian": text(wrong.lagrangian),

@@ -22,8 +22,10 @@ from lagrange_cli.symbolic.constraints import (
     forces_of,
     multiplier_symbols,
     shown_constraints,
+    with_equations,
     with_pushes,
     with_symbols,
+    without_idle_multipliers,
 )
 from lagrange_cli.symbolic.equations import Equations, Event
 from lagrange_cli.symbolic.grouping import tidy
@@ -68,10 +70,18 @@ def derive_equations(model: Model[sympy.Expr], noted: dict[str, sympy.Expr] | No
     slopes = tuple(tidy(one, order) for one in gradient(lagrangian, q))
     forces = tuple(tidy(force, order) for force in generalized_forces(model))
     mass_matrix = symmetric_matrix(momenta, v, order)
+    own_equations = (rate - slope - force for rate, slope, force in zip(rates, slopes, forces, strict=True))
+    model = with_equations(model, dict(zip(model.coordinates, own_equations, strict=True)), order)
     constraints = with_pushes(shown_constraints(model, multipliers, order), forces, order)
+    constraints = without_idle_multipliers(constraints, model)
     bound = forces_of(constraints, len(q))
+    massless = {one.of for one in model.constraints}
     rows = zip(model.coordinates, mass_matrix, bound, strict=True)
-    idle = [name for name, row, own in rows if own == 0 and all(entry == 0 for entry in row)]
+    idle = [
+        name
+        for name, row, own in rows
+        if own == 0 and name not in massless and all(entry == 0 for entry in row)
+    ]
     if idle:
         raise SingularCoordinate(idle)
     left_sides = tuple(

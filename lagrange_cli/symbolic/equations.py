@@ -34,7 +34,8 @@ class Constraint:
     """``expression`` = 0, a function of q and t where it is ``holonomic``, else of velocities too.
 
     It says that sum_k ``slopes[k]`` q_dot_k + ``drift`` = 0 and sum_k ``slopes[k]`` q_ddot_k = ``rate``. Its
-    generalized forces are ``multiplier``, a symbol, times ``slopes[k]``. Applied forces that are linear in
+    generalized forces are ``multiplier``, a symbol, times ``slopes[k]``. (It is 0 where the constraint is the
+    equation of motion of a coordinate without mass.) Applied forces that are linear in
     the multiplier, such as friction, are ``multiplier`` times ``pushes[k]`` (empty where there are none).
     Where they are not ``linear`` in all multipliers, they contain these. ``rate``, often the longest of all,
     is what ``derived_rate`` returns, derived when it is first asked for.
@@ -43,7 +44,7 @@ class Constraint:
     name: str
     expression: sympy.Expr
     holonomic: bool
-    multiplier: sympy.Symbol
+    multiplier: sympy.Expr
     slopes: tuple[sympy.Expr, ...]
     drift: sympy.Expr
     derived_rate: Callable[[], sympy.Expr] = field(repr=False, compare=False)
@@ -54,6 +55,11 @@ class Constraint:
     def rate(self) -> sympy.Expr:
         """What does not depend on accelerations in the second derivative, on the right."""
         return self.derived_rate()
+
+    @property
+    def acts(self) -> bool:
+        """Whether it has forces."""
+        return bool(self.multiplier != 0)
 
     def column(self, k: int) -> sympy.Expr:
         """The factor of the multiplier in the equation of coordinate k."""

@@ -17,6 +17,7 @@ from lagrange_cli.symbolic.statements import (
     Writer,
     constraint_sections,
     equation_statements,
+    multiplier_sections,
     named_section,
 )
 
@@ -115,12 +116,11 @@ def reaction_sections(equations: Equations, writer: Writer) -> list[Section]:
         )
         found.append(Section("Not known", reasons, True))
     if equations.constraints:
-        symbols = [each.multiplier for each in equations.constraints]
-        found += constraint_sections(equations, writer)
+        found += constraint_sections(equations, writer, acting=True)
         if equations.multipliers is None:
             found.append(Section("Multipliers", (Statement("", "", equations.unsolved),), True))
         else:
-            found.append(named_section("Multipliers", symbols, equations.multipliers, writer))
+            found += multiplier_sections(equations, equations.multipliers, writer)
     return found
 
 

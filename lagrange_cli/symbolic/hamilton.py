@@ -121,7 +121,7 @@ class Vakonomic:
 def vakonomic_form(equations: Equations) -> Vakonomic:
     """The vakonomic equations, which do not describe the motion. Raises ``UsageError`` where no constraint is
     nonholonomic."""
-    given = [each for each in equations.constraints if not each.holonomic]
+    given = [each for each in equations.constraints if not each.holonomic and each.acts]
     if not given:
         reason = "it applies Hamilton's principle to nonholonomic constraints, and this system has none"
         raise UsageError(f"no --form vakonomic: {reason}")

@@ -72,11 +72,12 @@ class ModuleWriter:
         if not used.isdisjoint(self.equations.a):
             names = sequence([self.text(symbol) for symbol in self.equations.a])
             lines.append(f"    {names} = accelerations(t, q, v, parameters)")
-        bound = [each.multiplier for each in self.equations.constraints]
-        if not used.isdisjoint(bound):
+        constraints = self.equations.constraints
+        if not used.isdisjoint(each.multiplier for each in constraints):
             v = "v" if self.fast == "v" else "velocities(t, q, p, parameters)"
             call = f"multipliers(t, q, {v}, parameters)"
-            lines.append(f"    {sequence([self.text(symbol) for symbol in bound])} = {call}")
+            bound = [self.text(each.multiplier) if each.acts else "_" for each in constraints]
+            lines.append(f"    {sequence(bound)} = {call}")
         return "\n".join([*lines, f"    return {result}"])
 
     def text(self, expression: sympy.Expr) -> str:

@@ -18,6 +18,7 @@ from lagrange_cli.symbolic.statements import (
     constraint_sections,
     equation_statements,
     lagrangian_section,
+    multiplier_sections,
     named_section,
 )
 
@@ -49,7 +50,7 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
     of_motion = equation_statements(equations.coordinates, equations.equations, writer)
     found = [
         lagrangian_section(equations.T, equations.U, equations.L, writer),
-        *constraint_sections(equations, writer),
+        *constraint_sections(equations, writer, acting=True),
         named_section("Momenta", momenta, equations.momenta, writer),
         Section("Equations of motion", tuple(of_motion)),
     ]
@@ -74,10 +75,7 @@ def refuse_unsolved(equations: Equations) -> None:
 def explicit_sections(equations: Equations, writer: Writer) -> list[Section]:
     """The accelerations and multipliers as functions of q, v, t."""
     found = [named_section("Accelerations", equations.a, equations.accelerations or (), writer)]
-    if equations.constraints:
-        symbols = [each.multiplier for each in equations.constraints]
-        found.append(named_section("Multipliers", symbols, equations.multipliers or (), writer))
-    return found
+    return [*found, *multiplier_sections(equations, equations.multipliers or (), writer)]
 
 
 def without_solution(equations: Equations) -> str:

@@ -123,14 +123,20 @@ def lagrangian_section(T: sympy.Expr | None, U: sympy.Expr | None, L: sympy.Expr
 
 
 def constraint_sections(
-    equations: Equations, writer: Writer, expressions: Sequence[sympy.Expr] | None = None
+    equations: Equations,
+    writer: Writer,
+    expressions: Sequence[sympy.Expr] | None = None,
+    *,
+    acting: bool = False,
 ) -> list[Section]:
-    """The constraints, as they are or as other ``expressions``; no section where there are none."""
+    """The constraints, as they are or as other ``expressions``, or those that are ``acting``: without
+    equations of motion. No section where there are none."""
     given = equations.constraints
     shown = [each.expression for each in given] if expressions is None else expressions
     statements = tuple(
         Statement(writer.text(one), "0", writer.notation.words(each.name + KINDS[each.holonomic]))
         for each, one in zip(given, shown, strict=True)
+        if each.acts or not acting
     )
     statements += tuple(
         Statement(writer.text(one), "0", writer.notation.words(f"{name}, {REDUNDANT}"))
@@ -152,3 +158,10 @@ def equation_statements(
             word, factor = ("multiplied", 1 / equation.factor) if small else ("divided", equation.factor)
             remark += f", {word} by {writer.notation.inline(writer.text(factor))}"
         yield Statement(writer.text(equation.left), writer.text(equation.right), remark)
+
+
+def multiplier_sections(equations: Equations, values: Sequence[sympy.Expr], writer: Writer) -> list[Section]:
+    """The multipliers that may differ from 0; no section where there are none."""
+    pairs = zip(equations.constraints, values, strict=True)
+    statements = tuple(writer.statement(str(each.multiplier), value) for each, value in pairs if each.acts)
+    return [Section("Multipliers", statements)] if statements else []

@@ -1,0 +1,190 @@
+"""Coordinates without mass: their equations of motion contain no accelerations."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+import lagrange_cli as lagrange
+
+METHODS = "taylor", "ias15", "DOP853", "Radau"
+CLOSE = {"taylor": 1e-14, "ias15": 1e-13, "DOP853": 1e-8, "Radau": 1e-8}
+
+MAXWELL = """
+parameters: {m: 1.3, k: 2, c: 0.7}
+coordinates: {x: {initial: 0.4, velocity: -0.1}, z: {initial: 0.1}}
+masses: {bob: m}
+positions: {bob: x}
+potential: k*z**2/2
+dissipation: c*(x_dot - z_dot)**2/2
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_spring_and_a_damper_in_series(method: str) -> None:
+    """m x'' = -k z and z' = x' - k z/c: z'' + k z'/c + k z/m = 0, a damped oscillator."""
+    m, k, c = 1.3, 2.0, 0.7
+    found = lagrange.solve(MAXWELL, stop=4, samples=9, outputs="q,v,multipliers,constraints", method=method)
+    rate, own = -k / (2 * c), complex(k / m - (k / (2 * c)) ** 2) ** 0.5
+    z0, w0 = 0.1, -0.1 - k * 0.1 / c
+    t = found.t
+    z = (np.exp(rate * t) * (z0 * np.cos(own * t) + (w0 - rate * z0) * np.sin(own * t) / own)).real
+    rates = (
+        np.exp(rate * t)
+        * (w0 * np.cos(own * t) - (z0 * own**2 + rate * (rate * z0 - w0)) * np.sin(own * t) / own)
+    ).real
+    assert np.allclose(found.q["z"], z, rtol=0, atol=CLOSE[method])
+    assert np.allclose(found.v["z"], rates, rtol=0, atol=10 * CLOSE[method])
+    assert np.allclose(found.v["x"], rates + k * z / c, rtol=0, atol=10 * CLOSE[method])
+    assert np.max(np.abs(found.multipliers["equation of z"])) < 10 * CLOSE[method]
+
+
+SERIES = """
+parameters: {m: 1.3, k: 2, r: 3}
+coordinates: {x: {initial: 0.4}, z: {}}
+masses: {bob: m}
+positions: {bob: x}
+potential: k*z**2/2 + r*(x - z)**2/2
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_springs_in_series(method: str) -> None:
+    found = lagrange.solve(SERIES, stop=4, samples=9, outputs="q,h", method=method)
+    stiffness = 2 * 3 / (2 + 3)
+    x = 0.4 * np.cos(math.sqrt(stiffness / 1.3) * found.t)
+    assert np.allclose(found.q["x"], x, rtol=0, atol=CLOSE[method])
+    assert np.allclose(found.q["z"], 3 * x / 5, rtol=0, atol=CLOSE[method])
+    assert found.attributes["h_drift"] < 10 * CLOSE[method]
+
+
+VORTICES = """
+sizes: {{N: {count}}}
+parameters: {{"G[i in range(N)]": 1 + i/3}}
+coordinates:
+  x[i in range(N)]: {{initial: "cos(2.3*i) + 0.1*i"}}
+  y[i in range(N)]: {{initial: "sin(2.3*i)"}}
+lagrangian: >-
+  sum(G[i]*y[i]*x_dot[i] for i in range(N))
+  + sum(G[i]*G[j]*log((x[i] - x[j])**2 + (y[i] - y[j])**2)/(4*pi) for i in range(N) for j in range(i))
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_vortices_go_round_each_other(method: str) -> None:
+    """At a distance d, with the angular velocity (G1 + G2)/(2 pi d^2), about G1 r1 + G2 r2."""
+    found = lagrange.solve(VORTICES.format(count=2), stop=20, samples=5, outputs="q", method=method)
+    strength = np.array([1.0, 4 / 3])
+    z = found.q["x"] + 1j * found.q["y"]
+    centre = z @ strength / strength.sum()
+    angle = strength.sum() / (2 * math.pi * abs(z[0, 0] - z[0, 1]) ** 2) * found.t
+    expected = centre[0] + (z[0] - centre[0]) * np.exp(1j * angle)[:, None]
+    assert np.max(np.abs(z - expected)) < 10 * CLOSE[method]
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_vortices_keep_their_impulses(precision: str) -> None:
+    """sum G x, sum G y and sum G (x^2 + y^2), and h."""
+    text = VORTICES.format(count=5)
+    found = lagrange.solve(text, stop=3, samples=7, outputs="q,h", precision=precision)
+    strength = 1 + np.arange(5) / 3
+    x, y = found.q["x"], found.q["y"]
+    small = 1e-13 if precision == "double" else 4e-15
+    for kept in (x @ strength, y @ strength, (x**2 + y**2) @ strength):
+        assert np.ptp(kept) < small
+    assert found.attributes["h_drift"] < (1e-14 if precision == "double" else 1e-29)
+    assert "h" in lagrange.check(text).conserved
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_hard_spring_in_series(method: str) -> None:
+    """z^3 = x - z holds at all times, and h is kept."""
+    text = SERIES.replace("k*z**2/2 + r*(x - z)**2/2", "z**4/4 + (x - z)**2/2").replace("0.4", "2")
+    found = lagrange.solve(text, stop=8, samples=9, outputs="q,v,h", method=method)
+    x, z = found.q["x"], found.q["z"]
+    assert np.max(np.abs(z**3 + z - x)) < 10 * CLOSE[method]
+    assert np.max(np.abs((3 * z**2 + 1) * found.v["z"] - found.v["x"])) < 10 * CLOSE[method]
+    assert found.attributes["h_drift"] < 10 * CLOSE[method]
+    assert np.min(x) < -1.5
+
+
+def test_a_vortex_moves_on_a_level_of_its_energy_backward_in_time() -> None:
+    text = "coordinates: {x: {initial: 1}, y: {initial: 0.2}}\nlagrangian: x*y_dot - x**2/2 - y**4/4\n"
+    found = lagrange.solve(text, start=0, stop=-5, samples=11, outputs="q,v,h")
+    assert np.allclose(found.v["y"], found.q["x"], rtol=0, atol=1e-14)
+    assert np.allclose(found.v["x"], -(found.q["y"] ** 3), rtol=0, atol=1e-14)
+    assert found.attributes["h_drift"] < 1e-14
+
+
+DRAWN = """
+coordinates: {{x: {{initial: 0.5}}, y: {{initial: -0.2, velocity: 0.3}}, z: {{initial: 0.1}}, w: {{initial: 0.2}}}}
+lagrangian: >-
+  x_dot**2/2 + (1 + x**2)*y_dot**2/2 + {a}*z*x_dot{mass} - {b}*cos(z - x) - {c}*(w - y)**2 - x**2 - y**2 - z**2*w/9
+dissipation: "{d}*(z_dot - x_dot)**2/2 + {e}*(w_dot - z_dot)**2/2 + (1 + x**2)*w_dot**2/5"
+generalized_forces: {{z: "sin({f}*t)", w: 0.2*x}}
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("case", range(12))
+def test_motions_are_limits_of_those_with_small_masses(case: int, pytestconfig: pytest.Config) -> None:
+    """Which are stiff, and are off by the mass."""
+    chance = random.Random(f"{pytestconfig.option.seed} massless {case}")
+    numbers = {name: f"{chance.uniform(0.4, 1.5):.2f}" for name in "abcdef"}
+    without, near = (
+        lagrange.solve(
+            DRAWN.format(mass=mass, **numbers), stop=2, samples=5, outputs="q", method=method, tolerance=1e-9
+        )
+        for mass, method in (("", "taylor"), (" + 1e-7*(z_dot**2 + w_dot**2)/2", "Radau"))
+    )
+    for name in "xyzw":
+        assert np.max(np.abs(without.q[name] - near.q[name])) < 2e-6, numbers
+
+
+@pytest.mark.parametrize(
+    "text", [MAXWELL, SERIES, VORTICES.format(count=3)], ids=["damper", "springs", "vortices"]
+)
+def test_printed_equations_are_those_that_are_solved(text: str, tmp_path, capsys) -> None:
+    from lagrange_cli.cli.main import main
+
+    path = tmp_path / "system.yaml"
+    path.write_text(text, encoding="utf-8")
+    for form in ("lagrange", "matrix"):
+        assert main(["equations", "--verify", "--form", form, str(path)]) == 0, capsys.readouterr()
+    assert main(["equations", str(path)]) == 0
+    shown = capsys.readouterr().out
+    assert "lambda_" not in shown
+
+
+def test_equations_of_coordinates_without_mass_are_printed_as_they_are() -> None:
+    shown = lagrange.equations(MAXWELL).write()
+    assert "-c*x_dot + c*z_dot + k*z = 0   [z]" in shown
+    assert "m*x_ddot + c*x_dot - c*z_dot = 0   [x]" in shown
+    assert "dh/dt = -c*(x_dot - z_dot)**2" in shown
+    assert "onstraint" not in shown.partition("Conserved")[0] and "of constraint" not in shown
+    checked = lagrange.check(MAXWELL)
+    assert checked.degrees_of_freedom == 1
+
+
+@pytest.mark.parametrize(
+    ("force", "message"),
+    [
+        ("-z_dot**3", "equation of motion of 'z', which has no mass, is not linear in velocities"),
+        ("-z_dot*abs(x_dot) - z_dot", "equation of motion of 'z', which has no mass, is not linear"),
+        ("0*z", "no kinetic energy depends on the velocity of 'z'"),
+        ("x", "no kinetic energy depends on the velocity of 'z'"),
+    ],
+)
+def test_what_does_not_determine_them_is_refused(force: str, message: str) -> None:
+    text = f"coordinates: {{x: {{initial: 1}}, z: {{initial: 0}}}}\nlagrangian: x_dot**2/2 - x**2\ngeneralized_forces: {{z: '{force}'}}\n"
+    for command in (lagrange.check, lagrange.equations, lambda one: lagrange.solve(one, stop=1)):
+        with pytest.raises(lagrange.SpecError, match=message):
+            command(text)
+
+
+def test_values_that_their_equations_exclude_are_refused() -> None:
+    with pytest.raises(lagrange.SpecError, match="'equation of z' is not satisfied by the initial values"):
+        lagrange.solve(SERIES.replace("z: {}", "z: {initial: 0}"), stop=1)
