@@ -186,7 +186,7 @@ MUTATIONS = {
         ("tests/symbolic/test_constraints.py::test_three_routes_agree_at_states_that_satisfy_the_constraints",),
     ),
     "the sign of the power of constraints that move": Mutation(
-        "mechanics/constraints.py", "[(multiplier * drift, -1.0) for", "[(multiplier * drift, 1.0) for",
+        "mechanics/constraints.py", "one.multiplier * drift, -1.0", "one.multiplier * drift, 1.0",
         (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[a changing length]",),
     ),
     "an impulse's sign": Mutation(

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 FEWEST = 50
 """Coordinates of chains and trees below which few constraints are looked at member by member."""
-UNKNOWN = "replaced", "left_out"
+UNKNOWN = "replaced", "left_out", "massless"
 """Parts of a system with which constraints are looked at member by member."""
 
 

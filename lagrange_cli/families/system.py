@@ -55,8 +55,8 @@ ALONE = 300
 SPARED = 3
 """How many times as much there has to be to do as is written singly, for loops to pay."""
 Reason: TypeAlias = "tuple[str, ...]"
-UNKNOWN = ("replaced", "massless")
-"""Parts of a system that are derived member by member."""
+UNKNOWN = {"replaced": "coordinates that replace others", "massless": "coordinates without mass"}
+"""Parts of a system that are derived member by member, and what they are called."""
 
 _LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None, Reason]] = []
 """The last two, which are asked for once more when they are compiled; and why there is none, if that is

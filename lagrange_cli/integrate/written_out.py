@@ -41,10 +41,10 @@ def without_outputs(names: Sequence[str]) -> WrittenOut:
 
 def unsuited(spec: Spec) -> WrittenOut:
     """What a system contains that is not one of families."""
-    for part in UNKNOWN:
-        for one in getattr(spec, part).values():
-            key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
-            return WrittenOut(key, "write a system without them", one.place)
+    for part, what in UNKNOWN.items():
+        for name in getattr(spec, part):
+            place = {**spec.replaced, **spec.all_constraints}[name].place
+            return WrittenOut(what, "write a system without them", place)
     known = reason(spec)
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
     forces = [one for given in spec.forces.values() for one in given.values()]

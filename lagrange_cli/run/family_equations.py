@@ -198,7 +198,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in UNKNOWN if getattr(spec, part)]
+    parts = [what for part, what in UNKNOWN.items() if getattr(spec, part)]
     if parts:
         return f"with {parts[-1]} every member is written out"
     found = without_constraints(spec)

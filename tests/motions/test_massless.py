@@ -120,9 +120,14 @@ def test_a_vortex_moves_on_a_level_of_its_energy_backward_in_time() -> None:
 
 
 DRAWN = """
-coordinates: {{x: {{initial: 0.5}}, y: {{initial: -0.2, velocity: 0.3}}, z: {{initial: 0.1}}, w: {{initial: 0.2}}}}
+coordinates:
+  x: {{initial: 0.5}}
+  y: {{initial: -0.2, velocity: 0.3}}
+  z: {{initial: 0.1}}
+  w: {{initial: 0.2}}
 lagrangian: >-
-  x_dot**2/2 + (1 + x**2)*y_dot**2/2 + {a}*z*x_dot{mass} - {b}*cos(z - x) - {c}*(w - y)**2 - x**2 - y**2 - z**2*w/9
+  x_dot**2/2 + (1 + x**2)*y_dot**2/2 + {a}*z*x_dot{mass}
+  - {b}*cos(z - x) - {c}*(w - y)**2 - x**2 - y**2 - z**2*w/9
 dissipation: "{d}*(z_dot - x_dot)**2/2 + {e}*(w_dot - z_dot)**2/2 + (1 + x**2)*w_dot**2/5"
 generalized_forces: {{z: "sin({f}*t)", w: 0.2*x}}
 """
@@ -179,10 +184,21 @@ def test_equations_of_coordinates_without_mass_are_printed_as_they_are() -> None
     ],
 )
 def test_what_does_not_determine_them_is_refused(force: str, message: str) -> None:
-    text = f"coordinates: {{x: {{initial: 1}}, z: {{initial: 0}}}}\nlagrangian: x_dot**2/2 - x**2\ngeneralized_forces: {{z: '{force}'}}\n"
+    text = "coordinates: {x: {initial: 1}, z: {initial: 0}}\nlagrangian: x_dot**2/2 - x**2\n"
+    text += f"generalized_forces: {{z: '{force}'}}\n"
     for command in (lagrange.check, lagrange.equations, lambda one: lagrange.solve(one, stop=1)):
         with pytest.raises(lagrange.SpecError, match=message):
             command(text)
+
+
+def test_many_of_them_are_written_out_and_refused_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=300")
+    with pytest.raises(lagrange.SpecError, match="members are written out for coordinates without mass"):
+        lagrange.solve(VORTICES.format(count=26), stop=0.1)
+    with pytest.raises(
+        lagrange.UsageError, match="with coordinates without mass every member is written out"
+    ):
+        lagrange.equations(VORTICES.format(count=3), indexed=True)
 
 
 def test_values_that_their_equations_exclude_are_refused() -> None:
