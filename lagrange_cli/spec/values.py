@@ -54,17 +54,16 @@ def resolve_values(
 
 def left_open(spec: Spec, given: Iterable[str]) -> frozenset[str]:
     """The coordinates and velocities whose initial values neither the file has nor those that are ``given``
-    by name. Equations of coordinates without mass determine no velocities of others."""
+    by name."""
     from lagrange_cli.spec.settable import settable
 
     named = {settable(spec, name, f"--set {name}") for name in given}
-    found, massless = set[str](), {*spec.massless.values()}
-    others = not massless or spec.all_constraints.keys() - spec.massless.keys()
+    found = set[str]()
     for item, names in named_alike(spec.coordinates):
         if item.initial is None:
             found.update(names)
         if item.velocity is None:
-            found.update(velocity_name(name) for name in names if others or name in massless)
+            found.update(map(velocity_name, names))
     return frozenset(found - named)
 
 

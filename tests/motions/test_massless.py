@@ -149,6 +149,35 @@ def test_motions_are_limits_of_those_with_small_masses(case: int, pytestconfig: 
         assert np.max(np.abs(without.q[name] - near.q[name])) < 2e-6, numbers
 
 
+BOB = """
+parameters: {m: 1, k: 40, c: 3, g: 9.81}
+coordinates: {x: {initial: 0.6}, y: {initial: 0.8}, z: {initial: 0.1}}
+masses: {bob: mLIGHT}
+positions: {bob: [x, y]PLACE}
+potential: k*z**2/2 + m*g*y
+dissipation: c*(y_dot - z_dot)**2/2
+"""
+BESIDE = {
+    "a rod": "constraints: {rod: x**2 + y**2 - 1}\n",
+    "a floor": ("events: {floor: {when: y, direction: falling, action: {set: {y_dot: -0.8*y_dot}}}}\n"),
+    "a kink": "generalized_forces: {x: -max(0, x - 0.5) - 0.3*x_dot}\n",
+    "dry friction": "generalized_forces: {x: 3*sin(2*t) - 2*sign(x_dot)}\n",
+}
+
+
+@pytest.mark.parametrize("kind", BESIDE)
+def test_beside_others_they_move_as_small_masses_do(kind: str) -> None:
+    """Velocities that are left out are 0 of what has a mass; at the start, z' = y' - k z/c."""
+    text = BOB + BESIDE[kind]
+    found = lagrange.solve(text.replace("LIGHT", "").replace("PLACE", ""), stop=3, samples=7, outputs="q,v")
+    light = text.replace("LIGHT", ", dot_: 1e-7").replace("PLACE", ", dot_: z")
+    near = lagrange.solve(light, stop=3, samples=7, outputs="q,v", method="Radau", tolerance=1e-10)
+    assert found.v["x"][0] == found.v["y"][0] == 0.0
+    assert found.v["z"][0] == pytest.approx(-40 * 0.1 / 3, rel=1e-14)
+    for name in "xyz":
+        assert np.max(np.abs(found.q[name] - near.q[name])) < 1e-6
+
+
 @pytest.mark.parametrize(
     "text", [MAXWELL, SERIES, VORTICES.format(count=3)], ids=["damper", "springs", "vortices"]
 )

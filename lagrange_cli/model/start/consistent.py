@@ -7,7 +7,7 @@ constraints are not satisfied then, given values are moved to the nearest state 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
@@ -139,19 +139,34 @@ def speeds(
     everything = [*range(len(v))]
     whole = tried(surface(kept, everything, scale).reach, v) or v
     size = scales(masses, [max(abs(float(a)), abs(float(b))) for a, b in zip(v, whole)])
-    unknown = sorted(given.open_v)
-    if unknown and off_by(at(v), size, rates) > 0.0:
-        some = determined([rates.rows[i] for i in kept], unknown, scale)
+    for binding, unknown in stages(search, kept):
+        if not unknown or off_by(at(v), size, rates) == 0.0:
+            continue
+        some = determined([rates.rows[i] for i in binding], unknown, scale)
         own = masses.diagonal(len(v))  # none moves because others do
         if not all(own[k] > 0 for k in unknown):
             own = [1.0 / size**2 for size in scale]
         alone = Masses({k: {k: own[k]} for k in unknown})
-        free = replace(surface([kept[i] for i in some], unknown, size), masses=alone, metric=None)
+        free = replace(surface([binding[i] for i in some], unknown, size), masses=alone, metric=None)
         found = tried(free.nearest, v)
         v = v if found is None else found
     return moved(
         search, surface(kept, everything, size), v, lambda x: off_by(at(x), size, rates), speeds=True
     )
+
+
+def stages(search: Search, kept: Sequence[int]) -> Iterator[tuple[Sequence[int], Sequence[int]]]:
+    """Constraints, and the velocities that are found from them: those of coordinates without mass come last,
+    from their own equations. These do not move what has a mass."""
+    unknown, massless = sorted(search.given.open_v), search.spec.massless
+    if not massless:
+        yield kept, unknown
+        return
+    names = {*massless.values()}
+    light = {k for k, one in enumerate(search.spec.coordinates) if one.name in names}
+    for last in (False, True):
+        own = [i for i in kept if (search.names[i] in massless) == last]
+        yield own, [k for k in unknown if (k in light) == last]
 
 
 def off_by(values: Values, size: Sequence[float], rates: Rates) -> float:
