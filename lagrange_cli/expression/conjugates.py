@@ -23,6 +23,8 @@ def conjugate(node: Node) -> tuple[Node, Node] | None:
         return None
     for term, scale in zip(node.arguments, node.data[1]):
         if term.kind is Kind.PRODUCT and term.data == (0.5,):
+            if scale - scale != 0:  # it is infinite, or nan: no difference is without this term
+                return None
             rest = node - term * scale
             if signs(rest if scale < 0 else -rest, {}) is Sign.ANY:
                 return None

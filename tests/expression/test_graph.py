@@ -420,3 +420,12 @@ def test_where_a_switch_is_constant_so_is_any_function_of_it(text: str) -> None:
     inside = {"x": -0.7 if "asin" in text else 0.3, "y": 0.2, "z": 0.4}
     above, below = (known(text, {**inside, "x": inside["x"] + change}) for change in (1e-5, -1e-5))
     assert close(slope, (above - below) / 2e-5, inside, 1e-8)
+
+
+@pytest.mark.parametrize("coefficient", [math.nan, math.inf, -math.inf])
+def test_a_root_with_a_coefficient_that_is_no_number_stays_in_its_sum(coefficient):
+    """No difference is without it: to take it away again and again would have no end."""
+    graph = Graph()
+    root = graph.product([(graph.symbol("x") + 1.0, 0.5)])
+    node = graph.sum([(root, coefficient), (graph.symbol("y"), -1.0)])
+    assert node.kind is Kind.SUM and root in node.arguments
