@@ -224,11 +224,12 @@ def covariance(old: Spec, new: Spec, equations: Equations, overrides: Mapping[st
         start = replace(start, q=values.q, v=values.v)
     names = [one.name for one in old.coordinates]
     old, new = old.independent, new.independent
+    anywhere = new.without(new.massless)  # where their equations hold, nothing is left of them
     worst, states, regular = 0.0, 0, False
     for attempt in range(ATTEMPTS):
-        state = admissible(new, near(start, source, varied=2 * attempt < ATTEMPTS))
+        state = admissible(anywhere, near(start, source, varied=2 * attempt < ATTEMPTS))
         a = [source.uniform(-1, 1) for _ in range(n)]
-        multipliers = [source.uniform(-1, 1) for _ in equations.constraints]
+        multipliers = [source.uniform(-1, 1) if one.acts else 0.0 for one in equations.constraints]
         if state is None:
             continue
         with suppress(ArithmeticError, ValueError, TypeError, SpecError), mpmath.workdps(DIGITS):
@@ -262,7 +263,7 @@ def differences(
     path = [given[one.name] for one in old.coordinates]
     q, v, a = ([factor * one.value[i] for one in path] for i, factor in enumerate((1, 1, 2)))
     own = directly(old, state.parameters, state.t, q, v, a, multipliers, exact=True).residual
-    symbols |= {one.multiplier: x for one, x in zip(equations.constraints, multipliers)}
+    symbols |= {one.multiplier: x for one, x in zip(equations.constraints, multipliers) if one.acts}
     symbols |= {symbol: state.parameters[name] for name, symbol in equations.parameters.items()}
     symbols[equations.time] = state.t
     found = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -291,11 +291,15 @@ class Spec:
     @property
     def independent(self) -> Spec:
         """The system as if it had no constraints that are left out."""
+        return replace(self.without(self.left_out), left_out=()) if self.left_out else self
+
+    def without(self, names: Collection[str]) -> Spec:
+        """The system without the constraints of these names."""
         kept = {
-            section: {k: one for k, one in getattr(self, section).items() if k not in self.left_out}
+            section: {k: one for k, one in getattr(self, section).items() if k not in names}
             for section in ("constraints", "nonholonomic")
         }
-        return replace(self, left_out=(), **kept) if self.left_out else self
+        return replace(self, **kept)
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -60,9 +60,10 @@ def with_equations(
     model: Model[sympy.Expr], lefts: Mapping[str, sympy.Expr], order: Order
 ) -> Model[sympy.Expr]:
     """The model in which the constraints of coordinates without mass are the left sides of their equations of
-    motion, by name: exactly, as all numbers are here."""
+    motion, by name: exactly, as all numbers are here. Those of coordinates that others replace stay."""
     constraints = tuple(
-        replace(one, expression=tidy(lefts[one.of], order)) if one.of else one for one in model.constraints
+        replace(one, expression=tidy(lefts[one.of], order)) if one.of in lefts else one
+        for one in model.constraints
     )
     return replace(model, constraints=constraints)
 

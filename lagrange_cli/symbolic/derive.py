@@ -75,12 +75,10 @@ def derive_equations(model: Model[sympy.Expr], noted: dict[str, sympy.Expr] | No
     constraints = with_pushes(shown_constraints(model, multipliers, order), forces, order)
     constraints = without_idle_multipliers(constraints, model)
     bound = forces_of(constraints, len(q))
-    massless = {one.of for one in model.constraints}
-    rows = zip(model.coordinates, mass_matrix, bound, strict=True)
     idle = [
         name
-        for name, row, own in rows
-        if own == 0 and name not in massless and all(entry == 0 for entry in row)
+        for k, (name, row) in enumerate(zip(model.coordinates, mass_matrix, strict=True))
+        if all(entry == 0 for entry in (*row, *(each.slopes[k] for each in constraints)))
     ]
     if idle:
         raise SingularCoordinate(idle)

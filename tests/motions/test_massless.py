@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import lagrange_cli as lagrange
+from lagrange_cli.cli.main import main
 
 METHODS = "taylor", "ias15", "DOP853", "Radau"
 CLOSE = {"taylor": 1e-14, "ias15": 1e-13, "DOP853": 1e-8, "Radau": 1e-8}
@@ -182,8 +183,6 @@ def test_beside_others_they_move_as_small_masses_do(kind: str) -> None:
     "text", [MAXWELL, SERIES, VORTICES.format(count=3)], ids=["damper", "springs", "vortices"]
 )
 def test_printed_equations_are_those_that_are_solved(text: str, tmp_path, capsys) -> None:
-    from lagrange_cli.cli.main import main
-
     path = tmp_path / "system.yaml"
     path.write_text(text, encoding="utf-8")
     for form in ("lagrange", "matrix"):
@@ -191,6 +190,29 @@ def test_printed_equations_are_those_that_are_solved(text: str, tmp_path, capsys
     assert main(["equations", str(path)]) == 0
     shown = capsys.readouterr().out
     assert "lambda_" not in shown
+
+
+@pytest.mark.parametrize("replaced", ["z: x - w", "x: w + s, z: w - s", "x: 2*w"])
+def test_other_coordinates(replaced: str, tmp_path, capsys) -> None:
+    """Of which one has no mass, or M is singular."""
+    new = "[w, s]" if "s" in replaced else "[w]"
+    text = MAXWELL + f"transformations: {{other: {{coordinates: {new}, replace: {{{replaced}}}}}}}\n"
+    path = tmp_path / "system.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert main(["equations", "--verify", "--coordinates", "other", str(path)]) == 0
+    shown = capsys.readouterr().out
+    assert "the equations keep their form" in shown and "equations agree" in shown
+
+
+def test_a_coordinate_without_mass_that_meets_no_other() -> None:
+    """c w' = k (x - w): the matrix of the constraint and the coordinate has no mass at all."""
+    text = MAXWELL.replace("z", "w").replace("k*w**2/2", "k*(x - w)**2/2").replace("(x_dot - w_dot)", "w_dot")
+    found, other = (lagrange.solve(one, stop=4, samples=9, outputs="q,v") for one in (text, MAXWELL))
+    assert np.allclose(found.v["w"], 2 * (found.q["x"] - found.q["w"]) / 0.7, rtol=0, atol=1e-13)
+    start = text.replace("w: {initial: 0.1}", "w: {initial: 0.3}")  # as x - z there
+    assert np.allclose(
+        lagrange.solve(start, stop=4, samples=9, outputs="q").q["x"], other.q["x"], rtol=0, atol=1e-13
+    )
 
 
 def test_equations_of_coordinates_without_mass_are_printed_as_they_are() -> None:

@@ -73,7 +73,7 @@ def factor_loose(
 
     M + c A^T A is positive, and has the same solutions: what it adds to the equations follows from those of
     the constraints (G. H. Golub and C. Greif, SIAM J. Sci. Comput. 24, 2003). The weight c makes both parts
-    of equal size.
+    of equal size; without masses, that of the second one is 1.
     """
     total: V | None = None
     squares: V | None = None
@@ -83,7 +83,7 @@ def factor_loose(
                 total = kind.add(total, entry)
             else:
                 squares = kind.fma(entry, entry, squares)
-    weight = kind.div(total, squares)
+    weight = kind.div(kind.one if total is None else total, squares)
     wider = [list(row) for row in matrix]
     weighted = []
     for row in matrix[coordinates:]:
