@@ -120,6 +120,33 @@ def test_a_vortex_moves_on_a_level_of_its_energy_backward_in_time() -> None:
     assert found.attributes["h_drift"] < 1e-14
 
 
+def test_steps_that_are_proven_are_as_long_as_with_a_mass() -> None:
+    """What is hidden in exp has to be proven to be met; the multiplier in the equation of w is 0."""
+    text = "coordinates: {x: {initial: 1}, w: {initial: 0.3}}\ndissipation: w_dot**2/2\n"
+    for potential in ("exp(-w**2)", "exp(-x**2)"):
+        found = lagrange.solve(
+            text + f"lagrangian: x_dot**2/2 - {potential} - (x - w)**2/2\n", stop=1, outputs="q,v"
+        )
+        assert found.attributes["steps"] < 20
+        w, x = found.q["w"], found.q["x"]
+        force = 2 * w * np.exp(-(w**2)) if "w" in potential else 0.0
+        assert np.allclose(found.v["w"], x - w + force, rtol=0, atol=1e-14)
+
+
+def test_velocities_that_are_almost_undetermined_are_found() -> None:
+    """The determinant of the equations of a and b is 0.0016: velocities are as large as 10^4."""
+    text = """
+coordinates: {a: {initial: 1.35}, b: {initial: 1.44}}
+lagrangian: 0.48*b*a_dot + 0.52*a*b_dot - b**4/3 - b**2*a - a**2
+dissipation: 1.27*(a_dot - b_dot)**2/2
+"""
+    found = lagrange.solve(text, stop=1e-4, samples=2, outputs="q,v")
+    (a, _), (b, _) = found.q["a"], found.q["b"]
+    speeds = np.linalg.solve([[1.27, -1.31], [-1.23, 1.27]], [-(b**2) - 2 * a, -4 * b**3 / 3 - 2 * a * b])
+    assert np.allclose([found.v["a"][0], found.v["b"][0]], speeds, rtol=1e-11)
+    assert np.min(np.abs(speeds)) > 5e3
+
+
 DRAWN = """
 coordinates:
   x: {{initial: 0.5}}

@@ -149,7 +149,9 @@ def speeds(
         alone = Masses({k: {k: own[k]} for k in unknown})
         free = replace(surface([binding[i] for i in some], unknown, size), masses=alone, metric=None)
         found = tried(free.nearest, v)
-        v = v if found is None else found
+        if found is not None:
+            v = found
+            size = scales(masses, [max(abs(float(a)), abs(float(b))) for a, b in zip(v, whole)])
     return moved(
         search, surface(kept, everything, size), v, lambda x: off_by(at(x), size, rates), speeds=True
     )

@@ -43,11 +43,12 @@ class Refusal:
         """One problem for each constraint that is not satisfied; one for all members of a family that are
         written alike, with those that are off most, relative to their terms."""
         together: dict[Place, list[tuple[float, str, float]]] = {}
-        for name, value, steep in zip(self.spec.all_constraints, values, steepness(rows, scale)):
-            off = abs(float(value))
-            if off > SATISFIED * steep:
-                part = off / steep if steep else math.inf
-                together.setdefault(self.written(name).place, []).append((part, name, float(value)))
+        parts = [
+            (abs(float(value)) / steep if steep else math.inf if value else 0.0, name, float(value))
+            for name, value, steep in zip(self.spec.all_constraints, values, steepness(rows, scale))
+        ]
+        for part, name, value in [one for one in parts if one[0] > SATISFIED] or [max(parts)]:
+            together.setdefault(self.written(name).place, []).append((part, name, value))
         problems = []
         for place, members in [*together.items()][:MOST]:
             problems.append(self.source.problem(place, self._unsatisfied(members, speeds=speeds), hint))

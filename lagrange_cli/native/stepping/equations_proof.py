@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from itertools import chain
 from math import inf
 
 from lagrange_cli.expression.node import Node, union
@@ -181,20 +182,27 @@ class EquationsProof(Proof):
         return known
 
     def _allowed(self, f: Function, emitter: Emitter, moving: dict[Node, Disk | None]) -> list[Real]:
-        """How large the defect of each row may be: by the masses, as an error of the accelerations."""
+        """How large the defect of each row may be: by the masses, as an error of the accelerations. The
+        multipliers that remain in the row of a coordinate without mass may be 0: there its terms count."""
         if self.margins.integrals[1]:
             return [f.load("%scales", i) for i in range(self.margins.integrals[1])]
         known = centres(moving)
         matrix, n = self.residual.entries, self.lengths.degrees
         places = [*self.residual.unknown, *range(n, n + len(self.residual.multipliers))]
-        emit_values(emitter, [one for row in matrix for one in row.values()], known, self.constants)
+        light = [self.defect.terms[i] if i in self.residual.weightless else () for i in range(len(matrix))]
+        entries = [one for row in matrix for one in row.values()]
+        emit_values(emitter, [*entries, *chain(*light)], known, self.constants)
         found = []
-        for row in matrix:
+        for row, terms in zip(matrix, light):
             total: Value = None
             for j, entry in row.items():
                 mass = emitter.magnitude(known[entry])
                 total = emitter.fma(mass, emitter.load("%scales", places[j]), total)
-            found.append(Real(f, emitter.written(total), 1))
+            most = Real(f, emitter.written(total), 1)
+            for term in terms:
+                size = Real(f, emitter.written(emitter.magnitude(known[term])), 1)
+                most = f.fused(size, self.margins.small, most)
+            found.append(most)
         return found
 
 
