@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
 
 from lagrange_cli.decimals import exact
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -62,8 +61,12 @@ def raised(base: Tree, exponent: float) -> Tree:
 
 
 def joined(operator: str, operands: Sequence[Tree]) -> Tree:
-    """Operands with an operator between them, from left to right."""
-    return reduce(lambda left, right: Binary(operator, left, right, NOWHERE), operands)
+    """Operands with an operator between them. Of many ones both halves are joined first, so that a tree is
+    not as deep as it has terms."""
+    half = len(operands) // 2
+    if not half:
+        return operands[0]
+    return Binary(operator, joined(operator, operands[:half]), joined(operator, operands[half:]), NOWHERE)
 
 
 def chosen(at: int, u: Tree, above: Tree, below: Tree) -> Tree:

@@ -10,6 +10,9 @@ import pytest
 
 import lagrange_cli as lagrange
 from lagrange_cli.cli.main import main
+from lagrange_cli.expression.syntax import children
+from lagrange_cli.run.massless import with_equations_of_the_massless
+from lagrange_cli.spec.read import read_spec
 
 METHODS = "taylor", "ias15", "DOP853", "Radau"
 CLOSE = {"taylor": 1e-14, "ias15": 1e-13, "DOP853": 1e-8, "Radau": 1e-8}
@@ -267,6 +270,17 @@ def test_what_does_not_determine_them_is_refused(force: str, message: str) -> No
     for command in (lagrange.check, lagrange.equations, lambda one: lagrange.solve(one, stop=1)):
         with pytest.raises(lagrange.SpecError, match=message):
             command(text)
+
+
+def test_equations_of_a_thousand_terms_are_not_deep() -> None:
+    text = "coordinates: {x: {initial: 1}, z: {}}\nsizes: {N: 1200}\n"
+    text += "lagrangian: x_dot**2/2 - z**2 - sum(cos(k*(x - z))/k**3 for k in range(1, N))\n"
+    spec = with_equations_of_the_massless(read_spec(text, "system.yaml"))
+    tree, depth = spec.constraints["equation of z"].tree, 0
+    level = [tree]
+    while level:
+        depth, level = depth + 1, [one for each in level for one in children(each)]
+    assert depth < 40
 
 
 def test_many_of_them_are_written_out_and_refused_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
