@@ -37,7 +37,7 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
     from lagrange_cli.run.start import consistent_values
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.direct import Direct, directly
-    from lagrange_cli.symbolic.states import State, admissible, sides, singular
+    from lagrange_cli.symbolic.states import State, admissible, sides, singular, undecided
     from lagrange_cli.symbolic.verify import verify
 
     if derived.original is None:
@@ -60,7 +60,8 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
     regular = not singular(spec, start)
     moving = (State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values))
     reached = [one for state in moving if (one := bound(state)) is not None]  # events may set parameters
-    others = [*reached, *sides(residual.model, [start, *reached], bound)]
+    others = [one for one in reached if not undecided(residual.model, one)]
+    others += sides(residual.model, [start, *reached], bound)
     return verify(derived.equations, compiled_values(residual), start, others, direct, bound)
 
 

@@ -66,14 +66,35 @@ def sides(
     not known before the equations are solved, are left out."""
     found = []
     names = [TIME, *model.coordinates, *map(velocity_name, model.coordinates)]
-    unknown = {one.multiplier for one in model.constraints}
-    located = [border for border in borders(model) if unknown.isdisjoint(symbols(border))]
-    for border in located[:MOST_BORDERS]:
+    for border in located(model)[:MOST_BORDERS]:
         moving = [symbol.data for symbol in symbols(border) if symbol.data in names]
         found += next(
             (pair for state in states if (pair := across(border, moving, state, names, admissible))), []
         )
     return found
+
+
+def undecided(model: Model[Node], state: State) -> bool:
+    """Whether it takes no more than rounding errors of ``state`` to cross a border. There a force that jumps,
+    such as static friction, may have any value between those of both sides, and the printed one means
+    nothing."""
+    names = [*model.coordinates, *map(velocity_name, model.coordinates)]
+    values = {**state.parameters, TIME: state.t, **dict(zip(names, (*state.q, *state.v)))}
+    errors = dict(zip(names, (SETTLED * (1.0 + max(map(abs, x))) for x in (state.q, state.v) for _ in x)))
+    for border in located(model):
+        moving = [one for one in symbols(border) if one.data in errors]
+        slopes = [model.algebra.diff(border, one) for one in moving]
+        value, _ = evaluate([border, *slopes], values)
+        reach = sum(errors[one.data] * abs(value[slope]) for one, slope in zip(moving, slopes))
+        if moving and abs(value[border]) <= reach:
+            return True
+    return False
+
+
+def located(model: Model[Node]) -> list[Node]:
+    """The borders whose places are known before the equations are solved: those without multipliers."""
+    unknown = {one.multiplier for one in model.constraints}
+    return [border for border in borders(model) if unknown.isdisjoint(symbols(border))]
 
 
 def borders(model: Model[Node]) -> list[Node]:
