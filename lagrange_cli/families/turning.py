@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from typing import Any, Protocol
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Places, of_each_kind
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.operations import cross
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.groups import Group, group_of, parts_of, placed_parts
+from lagrange_cli.mechanics.conserved.allowed_states import on_sphere
 from lagrange_cli.model.orientation import Turning, turning
 from lagrange_cli.model.rigid_body import equimomental, second_moments
 from lagrange_cli.records import dataclass, field
@@ -35,11 +36,12 @@ class Builds(Protocol):
 @dataclass(frozen=True, eq=False)
 class Turned:
     """Bodies of a family that are written alike, the ``members`` of a ``domain``: how they turn, and the
-    second moments and products of their mass. ``form`` is how the orientation is given."""
+    second moments and products of their mass. ``form`` is how the orientation is given, by ``entries``."""
 
     members: Places
     domain: Domain
     form: str
+    entries: Sequence[Node]
     turning: Turning[Node]
     moments: Sequence[Node]
     products: Mapping[tuple[int, int], Node]
@@ -78,7 +80,7 @@ class BodyGroup:
             rate = partial(builder.rate, domain=domain)
             turns = turning(builder.algebra, how.form, how.sequence, given, rate)
             moments = second_moments(builder.algebra, body.inertia, value, mass)
-            self.known[key] = Turned(which, domain, how.form, turns, *moments)
+            self.known[key] = Turned(which, domain, how.form, given, turns, *moments)
         return self.known[key]
 
     def pieces(self, builder: Builds) -> Sequence[Turned]:
@@ -88,6 +90,17 @@ class BodyGroup:
             made = of_each_kind(every, lambda which: self.turned(builder, which, Domain(len(which))))
             self.listed = [*made]
         return self.listed
+
+
+def unit_quaternions(bodies: Iterable[BodyGroup], domain: Domain) -> dict[Node, Node]:
+    """What makes the length of each quaternion over a domain 1 that consists of four symbols, in place of
+    these."""
+    known: dict[Node, Node] = {}
+    every = (one for group in bodies for one in group.known.values())
+    for one in (one for one in every if one.form == "quaternion" and one.domain == domain):
+        if all(x.kind is Kind.SYMBOL and x not in known for x in one.entries):
+            known |= on_sphere(one.entries, one.entries[0].graph.one)
+    return known
 
 
 def body_groups(spec: Spec) -> dict[str, BodyGroup]:

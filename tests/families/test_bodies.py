@@ -221,6 +221,47 @@ def test_a_matrix_that_is_no_rotation_is_refused_at_its_place() -> None:
         systems.any_family_system(read_spec(text, "tops.yaml"))
 
 
+ROTORS = """
+sizes: {N: 12}
+coordinates:
+  w[i in range(N)]: {initial: 1}
+  x[i in range(N)]: {initial: 0, velocity: 0.1*i}
+  y[i in range(N)]: {initial: 0, velocity: 0.5}
+  z[i in range(N)]: {initial: 0}
+  s[i in range(N)]: {initial: 0.3, velocity: 0.2}
+bodies:
+  base[i in range(N)]:
+    mass: 1
+    inertia: [1, 2, 2.5]
+    position: [0, 0, 0]
+    orientation: {quaternion: ["w[i]", "x[i]", "y[i]", "z[i]"]}
+  rotor[i in range(N)]:
+    mass: 1
+    inertia: [0.2, 0.2, 0.3]
+    position: base[i].at(0.1, 0, 0.4)
+    orientation: ORIENTATION
+"""
+SPUN = (
+    '["cos(s[i])*base[i].R{0}1 + sin(s[i])*base[i].R{0}2", '
+    '"cos(s[i])*base[i].R{0}2 - sin(s[i])*base[i].R{0}1", "base[i].R{0}3"]'
+)
+BY_AXES = f"{{matrix: [{', '.join(map(SPUN.format, '123'))}]}}"
+PRODUCT = (
+    '{quaternion: ["w[i]*cos(s[i]/2) - z[i]*sin(s[i]/2)", "x[i]*cos(s[i]/2) + y[i]*sin(s[i]/2)", '
+    '"y[i]*cos(s[i]/2) - x[i]*sin(s[i]/2)", "z[i]*cos(s[i]/2) + w[i]*sin(s[i]/2)"]}'
+)
+
+
+@pytest.mark.exhaustive(keep=0.5)
+def test_rotors_on_bodies_turned_by_quaternions() -> None:
+    """By the axes of the bodies, whose quaternions have the length 1, and by products of quaternions."""
+    (ready, motion), (_, expected) = (
+        followed(ROTORS.replace("ORIENTATION", how), frozenset("q")) for how in (BY_AXES, PRODUCT)
+    )
+    assert ready.machine.program.loops
+    alike(motion.data, expected.data, 1e-13)
+
+
 DIMERS = """
 sizes: {{N: {count}}}
 parameters: {{a: 0.3}}

@@ -15,6 +15,7 @@ from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.read import read_spec
+from tests.support.families import followed
 from tests.support.motion import SYSTEMS, consistent, follow, prepared, residual_of, run, spec_of, values_of
 
 FREE = """
@@ -223,6 +224,44 @@ def test_a_matrix_that_is_no_rotation_is_refused(rows, message):
     with pytest.raises(SpecError, match="is not a rotation") as caught:
         residual_of(f"coordinates: {{s: {{initial: 0}}}}\nbodies: {{wheel: {body}}}\n")
     assert message in str(caught.value)
+
+
+ROTOR = """
+    coordinates:
+      w: {{initial: 1}}
+      x: {{initial: 0, velocity: 0.1}}
+      y: {{initial: 0, velocity: 0.5}}
+      z: {{initial: 0, velocity: 0}}
+      s: {{initial: 0.3, velocity: 0.2}}
+    definitions: {{c: cos(s/2), d: sin(s/2)}}
+    bodies:
+      base: {{mass: 1, inertia: [1, 2, 2.5], position: [0, 0, 0], {base}}}
+      rotor: {{mass: 1, inertia: [0.2, 0.2, 0.3], position: "base.at(0.1, 0, 0.4)", {rotor}}}
+    {constraints}
+"""
+PRODUCT = "orientation: {quaternion: [w*c - z*d, x*c + y*d, y*c - x*d, z*c + w*d]}"
+SPUN = "[cos(s)*base.R{0}1 + sin(s)*base.R{0}2, cos(s)*base.R{0}2 - sin(s)*base.R{0}1, base.R{0}3]"
+BY_AXES = f"orientation: {{matrix: [{', '.join(map(SPUN.format, '123'))}]}}"
+BY_QUATERNION = "orientation: {quaternion: [w, x, y, z]}"
+BY_SQUARES = (
+    "orientation: {matrix: [[w**2 + x**2 - y**2 - z**2, 2*(x*y - w*z), 2*(x*z + w*y)], "
+    "[2*(x*y + w*z), w**2 - x**2 + y**2 - z**2, 2*(y*z - w*x)], "
+    "[2*(x*z - w*y), 2*(y*z + w*x), w**2 - x**2 - y**2 + z**2]]}"
+)
+NORM = "constraints: {norm: w**2 + x**2 + y**2 + z**2 - 1}"
+
+
+@pytest.mark.exhaustive(keep=0.5)
+def test_a_matrix_may_be_a_rotation_because_of_constraints():
+    """A rotor on a body turned by a quaternion: as a product, by the axes of the body, and with a matrix."""
+    written = ((BY_QUATERNION, PRODUCT, ""), (BY_QUATERNION, BY_AXES, ""), (BY_SQUARES, BY_AXES, NORM))
+    texts = [ROTOR.format(base=base, rotor=rotor, constraints=bound) for base, rotor, bound in written]
+    first, *others = (followed(dedent(text), frozenset("q"), 20.0, 21)[1] for text in texts)
+    for other in others:
+        for name in "wxyzs":
+            np.testing.assert_allclose(other[f"q/{name}"], first[f"q/{name}"], rtol=0, atol=1e-12)
+    with pytest.raises(SpecError, match="is not a rotation"):
+        residual_of(texts[2].replace("z**2 - 1}", "z**2 - 2}").replace("initial: 1", "initial: sqrt(2)"))
 
 
 @pytest.mark.exhaustive(keep=0.6)

@@ -17,7 +17,7 @@ from lagrange_cli.families.joints.carriages import on_carriages
 from lagrange_cli.families.joints.free import with_free_energy
 from lagrange_cli.families.joints.joints import Articulation, Part
 from lagrange_cli.families.joints.relative import Relative, relative
-from lagrange_cli.families.turning import Turned
+from lagrange_cli.families.turning import Turned, unit_quaternions
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -74,7 +74,9 @@ def turned(builder: FamilyBuilder) -> Iterator[Turned]:
                 from lagrange_cli.mechanics.constrained.rigidity import refuse_strained
 
                 name = bodies.group.family.members[int(one.members[0])]
-                refuse_strained(builder.spec, name, one.turning.axes)
+                units = unit_quaternions(builder.bodies.values(), one.domain)
+                axes = [substituted(builder.algebra.graph, axis, units) for axis in one.turning.axes]
+                refuse_strained(builder.spec, name, axes)
             yield one
 
 

@@ -56,9 +56,8 @@ class AllowedStates(OfModel):
 
     @cached_property
     def normalized(self) -> Mapping[Node, Node]:
-        """Coordinates on spheres, where constraints keep them at a constant distance from 0, as those of a
-        quaternion: by stereographic projection, all but the first one stand for any numbers. It has no root,
-        whose branches would have to be told apart."""
+        """Coordinates on spheres (``on_sphere``): constraints keep them at a constant distance from 0, as
+        those of a quaternion."""
         graph, model = self.graph, self.model
         known: dict[Node, Node] = {}
         for one, slopes in zip(model.constraints, self.constraints.slopes):
@@ -70,10 +69,7 @@ class AllowedStates(OfModel):
                 rest = one.expression - factor * square
                 if not factor.symbols & self._moving and not rest.symbols & self._moving:
                     radius = graph.product([(-2.0 * rest / factor, 0.5)])
-                    first, *others = (model.q[k] for k in slopes)
-                    plane = graph.sum([(q * q, 1.0) for q in others])
-                    known[first] = radius * (1.0 - plane) / (1.0 + plane)
-                    known |= {q: 2.0 * radius * q / (1.0 + plane) for q in others}
+                    known |= on_sphere([model.q[k] for k in slopes], radius)
         return known
 
     def where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
@@ -89,6 +85,15 @@ class AllowedStates(OfModel):
             ]
         left = iter(every)
         return [tuple(islice(left, len(nodes))) for nodes in lists]
+
+
+def on_sphere(symbols: Sequence[Node], radius: Node) -> dict[Node, Node]:
+    """Symbols whose squares add up to that of ``radius``: by stereographic projection, all but the first one
+    stand for any numbers. It has no root, whose branches would have to be told apart."""
+    first, *others = symbols
+    plane = first.graph.sum([(one * one, 1.0) for one in others])
+    known = {one: 2.0 * radius * one / (1.0 + plane) for one in others}
+    return {first: radius * (1.0 - plane) / (1.0 + plane), **known}
 
 
 def resolved(

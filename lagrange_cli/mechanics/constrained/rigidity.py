@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.conserved.allowed_states import AllowedStates
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.source import Source
@@ -13,12 +15,16 @@ from lagrange_cli.spec.spec import Spec
 
 
 def refuse_strain(model: Model[Node]) -> None:
-    """Raise SpecError where a body's matrix is not orthogonal at all times, or mirrors."""
+    """Raise SpecError where a body's matrix is not orthogonal at all times, or mirrors. What constraints do
+    not allow, such as a quaternion whose length is not 1, does not count."""
     spec = model.spec
     given = {} if spec is None else {k: b for k, b in spec.bodies.items() if b.orientation.form == "matrix"}
     for name in given:
         assert spec is not None
-        refuse_strained(spec, name, Scope(spec, model.algebra).turning(name).axes)
+        axes: Sequence[Sequence[Node]] = Scope(spec, model.algebra).turning(name).axes
+        if model.constraints:
+            axes = AllowedStates(model, Constraints(model)).where_constraints_hold(axes)
+        refuse_strained(spec, name, axes)
 
 
 def refuse_strained(spec: Spec, name: str, axes: Sequence[Sequence[Node]]) -> None:
