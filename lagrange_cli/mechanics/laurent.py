@@ -164,8 +164,9 @@ def primitive(graph: Graph, nodes: Sequence[Node]) -> list[Node]:
     whole = over_denominator([one for one in sums if one is not None], known)
     if None in sums or whole is None:
         return [*nodes]
-    left = [cleaned(one) for one in whole[0]]
-    if not all(left) or not all(math.isfinite(c) for one in left for c in one.values()):
+    every = [cleaned(one) for one in whole[0]]
+    left = [one for one in every if one]
+    if not left or not all(math.isfinite(c) for one in left for c in one.values()):
         return [*nodes]
     left = without_powers(left)
     for _ in range(HIGHEST):
@@ -178,7 +179,8 @@ def primitive(graph: Graph, nodes: Sequence[Node]) -> list[Node]:
                 break
         else:
             break
-    found = [written(graph, one) for one in left]
+    others = iter(left)
+    found = [written(graph, next(others)) if one else graph.zero for one in every]
     return found if len(reachable(found)) <= len(reachable(nodes)) else [*nodes]
 
 

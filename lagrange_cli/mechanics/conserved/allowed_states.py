@@ -3,12 +3,13 @@ they allow."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import islice
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, factors_of, terms_of
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.substitution import substituted
@@ -68,8 +69,7 @@ class AllowedStates(OfModel):
             for factor in factors if len(factors) == 1 else ():
                 rest = one.expression - factor * square
                 if not factor.symbols & self._moving and not rest.symbols & self._moving:
-                    radius = graph.product([(-2.0 * rest / factor, 0.5)])
-                    known |= on_sphere([model.q[k] for k in slopes], radius)
+                    known |= on_sphere([model.q[k] for k in slopes], either_root(-2.0 * rest / factor))
         return known
 
     def where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
@@ -94,6 +94,15 @@ def on_sphere(symbols: Sequence[Node], radius: Node) -> dict[Node, Node]:
     plane = first.graph.sum([(one * one, 1.0) for one in others])
     known = {one: 2.0 * radius * one / (1.0 + plane) for one in others}
     return {first: radius * (1.0 - plane) / (1.0 + plane), **known}
+
+
+def either_root(square: Node) -> Node:
+    """A number with this square, of either sign: b of b**2, and not its absolute value."""
+    ((term, c), *others) = terms_of(square)
+    factors = factors_of(term)
+    if others or c < 0.0 or any(n % 2 for _, n in factors):
+        return square.graph.product([(square, 0.5)])
+    return math.sqrt(c) * square.graph.product([(base, n / 2) for base, n in factors])
 
 
 def resolved(

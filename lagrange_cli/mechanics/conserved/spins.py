@@ -9,9 +9,9 @@ from lagrange_cli.expression.operations import cross
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.noether import Change
-from lagrange_cli.mechanics.conserved.separation import multiplied_out
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.embedding import Component, Embedding
+from lagrange_cli.mechanics.laurent import primitive
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
 
@@ -70,11 +70,11 @@ def pivoting(model: Model[Node], turns: Mapping[int, Mapping[int, Node]]) -> Map
         [graph.sum([(row[k] * xi, 1.0) for k, xi in turns[i].items() if k in row]) for i in range(3)]
         for row in slopes
     )
-    normal = cross([*map(multiplied_out, c)], [*map(multiplied_out, d)])
+    normal = primitive(graph, cross(c, d))
     square = graph.sum([(x * x, 1.0) for x in normal])
     if is_zero(square):
         return None
-    scale = graph.product([(square, -0.5)])
+    scale = graph.one if is_zero(square - 1.0) else graph.product([(square, -0.5)])
     found: dict[int, list[tuple[Node, float]]] = {}
     for i, turn in turns.items():
         for k, xi in turn.items():

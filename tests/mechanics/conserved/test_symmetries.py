@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra
+from lagrange_cli.expression.node import factors_of, reachable
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import conservation
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from lagrange_cli.model.build import build_model
+from lagrange_cli.run.derive import derive_system
+from tests.support.families import begun
 from tests.support.motion import consistent, follow, prepared, residual_of, run, spec_of
 
 PLANE = """
@@ -552,7 +555,10 @@ CASES |= {
         CARRIAGE.replace("l: 0.1", "l: 0").replace("l*sin", "0*sin").replace("l*cos", "0*cos"),
         {"p_th", "p_p1", "p_p2", "I_1", "I_2"},
     ),
-    "a ball in a cylinder that turns": (IN_A_CYLINDER.replace("z: {initial: 0}", "z: {}"), {"p_ph", "h"}),
+    "a ball in a cylinder that turns": (
+        IN_A_CYLINDER.replace("z: {initial: 0}", "z: {}"),
+        {"p_ph", "h", "I_1"},
+    ),
     "a projectile": (
         "parameters: {m: 1, g: 9.81}\ncoordinates: {x: {velocity: 1}, y: {velocity: 2}}\n"
         "masses: {p: m}\npositions: {p: [x, y]}\npotential: m*g*y\n",
@@ -651,6 +657,41 @@ def test_what_is_conserved(case):
             vector = name.partition("_")[0]
             size = max(np.abs(kept[one]).max() for one in kept if one.partition("_")[0] == vector)
             assert np.ptp(series) < 4e-13 * max(1, size), name
+
+
+IN_A_BOWL = """
+parameters: {m: 1.3, g: 9.81, a: 0.3, b: 2}
+coordinates: {COORDINATES, w: {initial: 1}, i: {initial: 0}, j: {initial: 0}, k: {initial: 0}}
+bodies: {ball: {mass: m, solid: {sphere: a}, position: [PLACE], orientation: {quaternion: [w, i, j, k]}}}
+potential: m*g*ball.z
+CONSTRAINTS
+nonholonomic: {roll: "(ball.vx, ball.vy, ball.vz) + cross((ball.wx, ball.wy, ball.wz), a/b*ball)"}
+"""
+ANGLES = (
+    IN_A_BOWL.replace("COORDINATES", "th: {initial: 0.7}, ph: {initial: 0, velocity: 3}")
+    .replace("PLACE", "b*sin(th)*cos(ph), b*sin(th)*sin(ph), -b*cos(th)")
+    .replace("CONSTRAINTS", "")
+)
+CARTESIAN = (
+    IN_A_BOWL.replace(
+        "COORDINATES", "x: {initial: 1}, y: {initial: 0, velocity: 3}, z: {initial: b - sqrt(b**2 - 1)}"
+    )
+    .replace("PLACE", "x, y, z - b")
+    .replace("ball)", "(x, y, z - b))")
+    .replace("CONSTRAINTS", "constraints: {bowl: x**2 + y**2 + (z - b)**2 - b**2}")
+)
+
+
+@pytest.mark.parametrize("text", [ANGLES, CARTESIAN], ids=["angles", "cartesian"])
+def test_the_normal_of_a_sphere_is_short(text):
+    """No more than a root of a sum of three squares, and radii by their own names."""
+    residual = derive_system(begun(text)[0].independent)
+    found = {one.conserved.quantity: one for one in symmetries(residual.model, residual.conserved)}
+    inside = reachable([found["S_n"].node])
+    factors = [factor for one in inside for factor in factors_of(one)]
+    assert len({base for base, n in factors if n % 1}) == ("bowl:" in text)
+    assert len(inside) < 120
+    assert "where" not in found["C_1"].conserved.expression
 
 
 @pytest.mark.exhaustive(keep=0.75)
