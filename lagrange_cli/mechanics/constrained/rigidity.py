@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.mechanics.conserved.allowed_states import AllowedStates
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
@@ -23,6 +22,8 @@ def refuse_strain(model: Model[Node]) -> None:
         assert spec is not None
         axes: Sequence[Sequence[Node]] = Scope(spec, model.algebra).turning(name).axes
         if model.constraints:
+            from lagrange_cli.mechanics.conserved.allowed_states import AllowedStates
+
             axes = AllowedStates(model, Constraints(model)).where_constraints_hold(axes)
         refuse_strained(spec, name, axes)
 
