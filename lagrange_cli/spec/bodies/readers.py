@@ -43,6 +43,8 @@ def components(
     if not isinstance(node, nodes.Sequence) or len(node.items) not in counts:
         given = f", not {len(node.items)}" if isinstance(node, nodes.Sequence) else ""
         due = " or ".join(map(str, counts))
+        if isinstance(node, nodes.Scalar) and node.text.strip().startswith("["):
+            hint = "leave out the quotes around the list"
         problems.add(node.place, f"{where} must be a list of {due} components{given}", hint)
         return None
     found = [read_scalar(item, f"{where}, component {i + 1}", problems) for i, item in enumerate(node.items)]
