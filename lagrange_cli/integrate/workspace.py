@@ -11,7 +11,7 @@ from lagrange_cli.integrate.arrays import Array, beside_one_another
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.guards import INFO
 from lagrange_cli.native.interface import Interface, Stop
-from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.state import LANES, Clock
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,7 +37,7 @@ class Workspace:
         self.memory[self.layout.time] = start
         self.samples = samples.reshape(rows, columns)
         self._spare: Array | None = None
-        self.accelerated = Accelerated(self.layout, self.constants, self.memory, self.work)
+        self.accelerated = Accelerated(machine, self.constants, self.memory, self.work)
         self.resume: Callable[[], None] = lambda: None
         """Called when ``memory`` has become that of another time: constants may depend on modes in it."""
 
@@ -143,15 +143,16 @@ class Accelerated:
     """The rates of velocities and integrals at the state in the ``memory``. Their series is left in ``work``.
     (Addresses of arrays are asked for once.)"""
 
-    def __init__(self, layout: StateLayout, constants: Array, memory: Array, work: Array) -> None:
-        self._memory, self._work, self._time = memory, work, layout.time
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        program, layout = machine.program, machine.program.inner
+        self._memory, self._single, self._time = memory, work[: program.single], layout.time
         self._rates, self._constants = np.empty(layout.rows), constants
         arrays = constants, memory, work, self._rates
         self._first, *self._others = (one.ctypes.data for one in arrays)
 
     def rates(self, machine: Machine) -> tuple[Array, bool]:
         """The rates, until they are asked for again, and whether masses are regular."""
-        self._work[:] = 0.0  # what is not finite would spread
+        self._single[:] = 0.0  # what is not finite would spread
         regular = machine.accelerate(self._first, float(self._memory[self._time]), *self._others)
         return self._rates, bool(regular)
 

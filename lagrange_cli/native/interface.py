@@ -72,6 +72,7 @@ class Interface:
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
     whose values follow q and v in the state, the last ``stored`` of them constants of the motion. (Where
     there are guards, steps have integrals of their arguments before these, whose values nobody needs.)
+    The rates of a ``single`` state take so much of what steps ``work`` on, from its beginning.
     ``lanes`` is what eight motions at once work on; 0 where the program has no code for them. A number is the
     sum of ``parts`` doubles: rows of high parts come first; parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary
@@ -105,6 +106,7 @@ class Interface:
     observed: tuple[str, ...]
     constants: int
     work: int
+    single: int
     lanes: int
     parts: int
     given: int

@@ -192,12 +192,15 @@ def write_program(
         text += definitions(text)
     length.allow(text.count(" = "), interface.parts)
     return Program(
-        **{**interface.as_data(), "constants": size, "work": made.work, "series_at": made.series_at},
+        **{
+            **interface.as_data(), "constants": size, "work": made.work, "single": made.work,
+            "series_at": made.series_at,
+        },
         text=text,
         series=series,
         hiding=more.hides,
         operations={"jet": made.operations, "observe": operations},
-    )
+    )  # fmt: skip
 
 
 def interface_of(
@@ -218,6 +221,7 @@ def interface_of(
         observed=observed,
         constants=0,
         work=0,
+        single=0,
         lanes=0,
         parts=parts,
         given=parts if steps.factor is None else 2,

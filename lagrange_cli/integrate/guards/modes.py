@@ -43,7 +43,7 @@ class Modes:
         marks = self._rows.fresh(self._layout)
         self.marks = memory[marks : marks + count]
         self.count = len(program.guards)
-        self._accelerated = Accelerated(self._layout, constants, memory, work)
+        self._accelerated = Accelerated(machine, constants, memory, work)
         self._seen, self._key = Latest["Array"](SEEN), b""
         self._given = self._views()
         """What series depend on."""

@@ -66,8 +66,10 @@ class Evaluation:
     """Operands of symbols that are no slots, in every lane: t."""
     scales: Mapping[Array, Divisor] = field(default_factory=dict)
     """What numbers of arrays are divided by."""
-    share: Callable[[Evaluation, Loop], bool] = lambda evaluation, loop: False
-    """Writes a loop that several threads share, if it is one."""
+    parted: Callable[[Sequence[Loop | Chain]], Sequence[Loop | Chain]] = lambda listed: listed
+    """Gives loops in parts, of which some may be written apart."""
+    apart: Callable[[Evaluation, Loop], bool] = lambda evaluation, loop: False
+    """Writes such a loop, or one that several threads share, if it is one."""
     low: LowParts | None = None
     """The low parts of the state, where they count."""
 
@@ -92,7 +94,7 @@ class Evaluation:
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
-        listed = loops(totals, self.slots)
+        listed = self.parted(loops(totals, self.slots))
         self.clear(added(totals, listed))
         self._take(listed)
 
@@ -105,7 +107,7 @@ class Evaluation:
         for one in listed:
             if isinstance(one, Chain):
                 self.add_up(one)
-            elif not self.share(self, one):
+            elif not self.apart(self, one):
                 Writer(self, one).write()
 
     def add_up(self, chain: Chain) -> None:

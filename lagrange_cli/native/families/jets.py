@@ -40,12 +40,14 @@ code is twice as long.)"""
 @dataclass(frozen=True, eq=False)
 class Jet:
     """The text of ``@jet``, its doubles of ``%work``, and its operations; and where ``%work`` tells which
-    guards have series, if others have none (``native.families.nearness``)."""
+    guards have series, if others have none (``native.families.nearness``). The function for ``single``
+    states, if there is one, takes so many doubles."""
 
     text: str
     work: int
     operations: int
     near: NearPlaces | None = None
+    single: int = 0
 
 
 @contextmanager
@@ -75,7 +77,7 @@ class SeriesJet(SeriesPlaces, ABC):
 
     def bounded(self) -> None:
         """Raise ``TooManyNumbers`` where the series take too much memory."""
-        numbers = self.vectors.parts * self.work
+        numbers = self.vectors.parts * (self.work + self.acting.numbers)
         if numbers > MOST_NUMBERS:
             raise TooManyNumbers(
                 f"the Taylor series of this system are {numbers} numbers, more than {MOST_NUMBERS}",
@@ -149,7 +151,7 @@ class SeriesJet(SeriesPlaces, ABC):
                 evaluation.add_up(one)
             elif self.apart(one[0]):
                 self.write_apart(*one, k, phase)
-            else:
+            elif not self.acting.write_series(evaluation, one[0], k, phase):
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
 
@@ -160,7 +162,9 @@ class SeriesJet(SeriesPlaces, ABC):
     def begin_those(self, some: Iterable[tuple[LoopSeries, int] | Chain], k: Integer) -> None:
         """Those of some series, at their places."""
         for one in some:
-            if not isinstance(one, Chain) and not self.apart(one[0]):
+            if isinstance(one, Chain) or self.apart(one[0]):
+                continue
+            if not self.acting.begin_sums(self.vectors, one[0], k):
                 begin_sums(self.f, one[0], k, one[1], 0, int(one[0].blocks[-1]))
 
     def clear(self, evaluation: Evaluation, totals: Sequence[Array]) -> None:

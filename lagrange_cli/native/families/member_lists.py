@@ -25,9 +25,9 @@ HALF = 2
 
 
 class MemberList:
-    """Members of a ``loop``, with their number and their places from ``%work[first]`` on."""
+    """Members of a ``loop``, with their number and their places from ``first`` on."""
 
-    def __init__(self, f: Function, tables: Tables, loop: Loop, first: int) -> None:
+    def __init__(self, f: Function, tables: Tables, loop: Loop, first: Pointer) -> None:
         self.f, self.loop, self.first = f, loop, first
         listed, number = loop.numbered
         self.static = [tables.of_array(table) for table in listed]
@@ -50,11 +50,11 @@ class MemberList:
 
     @property
     def _counter(self) -> Pointer:
-        return self.f.place("%work", self.first, "i64")
+        return self.f.place(self.first, 0, "i64")
 
     def table(self, i: int) -> Pointer:
         """Where the places in a table begin."""
-        return self.f.place("%work", self.first + LANES + i * self.stride(self.loop), "double")
+        return self.f.place(self.first, LANES + i * self.stride(self.loop), "double")
 
     def at(self, i: int, j: Integer) -> Pointer:
         """Where those of the ``j``-th member and of the next ones are."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 
 from lagrange_cli.families.arrays import Array, Chain
+from lagrange_cli.native.families.acting import ActingLists
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.constraints.contacts import ContactJet, ContactRestraint
 from lagrange_cli.native.families.constraints.coupled_masses import CoupledMassesJet, CoupledMassesRates
@@ -68,7 +69,8 @@ class MotionJets(Preparation):
             return jet
         made = self.coupled(FOUND, AT_ONCE) or self.by_masses(FOUND, AT_ONCE)
         short = self.with_beside(made, f"{BESIDE}_{AT_ONCE}")
-        return replace(jet, text=jet.text + short.text, work=max(jet.work, short.work))
+        work = max(jet.work, short.work)
+        return replace(jet, text=jet.text + short.text, work=work, single=short.work)
 
     def by_masses(self, order: int, name: str) -> DiagonalJet:
         """The jet of a system whose accelerations follow from forces and a constant M."""
@@ -183,8 +185,13 @@ class MotionJets(Preparation):
             return self.evaluation(DoubleVectors(f), arrays, Real(f, "%t", 1))
 
         evaluation = within(f)
-        if self.parts is not None:
-            evaluation = replace(evaluation, share=Sharing(within, self.parts).take)
+        acting = ActingLists(self.tables, self.degrees, self.spare)
+        share = None if self.parts is None else Sharing(within, self.parts).take
+
+        def apart(evaluation: Evaluation, loop: Loop) -> bool:
+            return acting.write(evaluation, loop) or (share is not None and share(evaluation, loop))
+
+        evaluation = replace(evaluation, parted=acting.parted, apart=apart)
         evaluation.write(totals)
         if beside is not None:  # whole vectors of accelerations go beyond them
             source, target = evaluation.where(beside), f.place("%work", width + 2 * self.degrees)

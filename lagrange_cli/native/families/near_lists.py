@@ -105,7 +105,7 @@ class ListJet(WatchedJet):
             [f.place("%work", self.take(room(self.degrees)), "double") for _ in each] for _ in range(3)
         )
         self.candidates, self.near = (
-            [MemberList(f, self.tables, loop, self.take(MemberList.room(loop))) for loop in loops]
+            [MemberList(f, self.tables, loop, self._at(self.take(MemberList.room(loop)))) for loop in loops]
             for _ in range(2)
         )
         self._list(loops, Real(f, "%h", 1))

@@ -37,7 +37,8 @@ class Preparation(Arrangement):
     def setting(self, order: int) -> JetSetting:
         """What jets of this order need to know."""
         common = self.system, self.lasting, self.places, self.tables, self.layout
-        return JetSetting(*common, order, self.kind)
+        # companions copy what is in scratch
+        return JetSetting(*common, order, self.kind, self.spare if self.factor is None else None)
 
     def board_of(self, f: Function, constants: Pointer | None = None) -> Pointer:
         """Where the board is."""

@@ -75,7 +75,7 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters,
             integrals=self.integrals[self.silent :], stored=0, observed=tuple(self.observed),
-            constants=0, work=0, lanes=0, parts=self.kind.parts,
+            constants=0, work=0, single=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, silent=() if self.modes is None else tuple(self.modes.silent),
             limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
@@ -118,7 +118,7 @@ class FamilyProgram(Allowing, Returning, Observation, MotionJets):
         length.allow(text.count(" = "))
         return Program(
             **{
-                **interface.as_data(), "work": work,
+                **interface.as_data(), "work": work, "single": jet.single or work,
                 "constants": constants * (self.kind.parts if self.factor is None else COMPANION),
                 "strips": self.strips, "board": self.tables.scalars + self.board,
                 "series_at": at if self.integrals else (0, 0, 0),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from lagrange_cli.families.arrays import Array, Source
 from lagrange_cli.families.description import FamilySystem
@@ -47,6 +47,12 @@ class Scratch:
         """The next doubles of scratch, which begins at ``base``."""
         self.size += doubles
         return vectors.place(base, self.size - doubles)
+
+    def spare(self, doubles: int) -> Callable[[Vectors], Pointer]:
+        """Room for so many doubles that callers do not clear: where it is."""
+        self.size += doubles
+        at = self.size - doubles
+        return lambda vectors: vectors.place(self.scratch(vectors), at)
 
     def arrays(self, vectors: Vectors, base: Pointer, listed: Iterable[Array]) -> dict[Array, Pointer]:
         """Places for these, the next ones."""

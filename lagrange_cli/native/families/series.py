@@ -16,7 +16,7 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.vector_dots import AHEAD, Coefficients, begin_dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Index, Integer
+from lagrange_cli.native.llvm.vector import Index, Integer, Pointer
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
@@ -185,13 +185,21 @@ class LoopSeries:
         return block * self.size
 
 
-def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int, first: Index, last: Index) -> None:
-    """Begin the dot products of some blocks in the stages from ``k`` on, ``AHEAD`` of them, with what is
-    known before."""
+def begin_sums(
+    f: Function,
+    series: LoopSeries,
+    k: Integer,
+    at: int,
+    first: Index,
+    last: Index,
+    base: Pointer | str = "%work",
+) -> None:
+    """Begin the dot products of some blocks, which are ``at`` a place from ``base`` on, in the stages from
+    ``k`` on, ``AHEAD`` of them, with what is known before."""
     if not series.begun:
         return
     with f.loop(first, last) as i:
-        block = f.place("%work", series.place(f, i) + at, "double")
+        block = f.place(base, series.place(f, i) + at, "double")
         for index, place in series.begun.items():
             a, b = (
                 Coefficients(f.place(block, LANES * series.stored[part], "double"), series.step)

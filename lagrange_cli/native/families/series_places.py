@@ -7,9 +7,10 @@ from contextlib import contextmanager
 
 from lagrange_cli.families.arrays import Array, Chain, Total
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.acting import ActingLists, Spare, Where
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.loops import loops
+from lagrange_cli.native.families.loops import Loop, loops
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
@@ -38,7 +39,8 @@ def velocity_planes(rows: int) -> tuple[int, int]:
 @dataclass(frozen=True, eq=False)
 class JetSetting:
     """What the jets of a program have in common. ``places`` has where what lasts is, from the beginning of
-    scratch in ``%constants`` on, and ``order`` is that of q's series."""
+    scratch in ``%constants`` on, and ``order`` is that of q's series. There may be ``spare`` room elsewhere
+    than in ``%work``."""
 
     system: FamilySystem
     lasting: Lasting
@@ -47,6 +49,7 @@ class JetSetting:
     layout: StateLayout
     order: int
     kind: type[Vectors]
+    spare: Spare | None = None
 
 
 class SeriesPlaces:
@@ -73,6 +76,7 @@ class SeriesPlaces:
         self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
+        self.acting = ActingLists(self.tables, self.degrees, setting.spare or self.in_work)
         self.tiling: Tiling | None = None
         self.short: dict[int, str] = {}
         """The texts of short loops."""
@@ -99,6 +103,11 @@ class SeriesPlaces:
         """So many further ones of ``%work``."""
         self.work += doubles
         return self.work - doubles
+
+    def in_work(self, doubles: int) -> Where:
+        """The same, as ``Scratch.spare`` gives it."""
+        at = self.take(doubles)
+        return lambda vectors: vectors.place("%work", at)
 
     def at(self, array: Array, k: Index) -> Pointer:
         """Where coefficient k of an array is, or what it follows from (``scales``)."""
@@ -139,15 +148,18 @@ class SeriesPlaces:
         for total in totals:
             self.planes[total] = self.take(room(total.count)), 0
         moving = self.system.time.symbols | self.slots.symbols_of(*self.planes)
-        listed = [
-            one
-            if isinstance(one, Chain)
-            else LoopSeries(one, self.slots, moving, self.system.time, self.order)
-            for one in loops(totals, self.slots)
-        ]
+
+        def series_of(found: Sequence[Loop | Chain]) -> list[LoopSeries | Chain]:
+            given = self.slots, moving, self.system.time, self.order
+            return [one if isinstance(one, Chain) else LoopSeries(one, *given) for one in found]
+
+        plain = loops(totals, self.slots)
+        listed = series_of(plain)
         found = [one for one in listed if not isinstance(one, Chain)]
         if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
             self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=self.shared)
+        if self.tiling is None:
+            listed = series_of(self.acting.parted(plain))
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
@@ -155,7 +167,8 @@ class SeriesPlaces:
             if self.tiling is not None:
                 one = replace(one, kept=self.tiling.kept(i))
                 self.waiting.append(self.take(LANES * len(one.loop.terms) * self.order))
-            self.loops.append((one, self.take(one.doubles)))
+            self.loops.append((one, 0 if self.acting.hold(one) else self.take(one.doubles)))
+        self.acting.make(self.evaluation(0))
 
     @property
     def series(self) -> list[tuple[LoopSeries, int]]:

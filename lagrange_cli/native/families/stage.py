@@ -23,8 +23,8 @@ from lagrange_cli.series.program import FREE, Op, reciprocal
 
 
 class SeriesWriter(Writer):
-    """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on; ``phase``: how many
-    stages there were since sums were begun, if they were; ``begins``: they are begun now, row by row."""
+    """The code of one loop in stage ``k``, with coefficients ``at`` a place behind ``base``; ``phase``: how
+    many stages there were since sums were begun, if they were; ``begins``: they are begun now, row by row."""
 
     def __init__(
         self,
@@ -39,6 +39,7 @@ class SeriesWriter(Writer):
         super().__init__(evaluation, series.loop)
         self.series, self.k, self.at, self.phase, self.begins = series, k, at, phase, begins
         self.block: Integer | None = None
+        self.base: Pointer | str = "%work"
 
     def enter(self, r: Integer) -> None:
         blocks = self.series.blocks
@@ -77,7 +78,7 @@ class SeriesWriter(Writer):
         """Where the coefficients of eight members begin."""
         assert self.block is not None
         place = self.series.place(self.f, self.block + j.operation("lshr", 3))
-        return self.vectors.place("%work", place + self.at)
+        return self.vectors.place(self.base, place + self.at)
 
 
 @dataclass(frozen=True)
