@@ -7,6 +7,7 @@ import random
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.ending import Ending
 from tests.support.families import alike, followed
 
 GRAINS = """
@@ -47,6 +48,19 @@ def test_grains_that_separate(exponent: float, method: str, request: pytest.Fixt
     _, expected = followed(text, outputs, stop=2.0)
     alike(motion.data, expected.data, apart, text)
     assert motion.outcome.steps < most, text
+
+
+@pytest.mark.parametrize(
+    ("count", "k", "exponent"), [(22, 1143.333582012672, 1.75), (60, 634.7821382266156, 2.25)]
+)
+def test_a_trial_without_a_force_leaves_nothing_behind(count: int, k: float, exponent: float) -> None:
+    """Where these grains separated, the polynomials of a trial that found no force there were continued, and
+    no step was possible any more."""
+    text, outputs = GRAINS.format(count=count, k=k, exponent=exponent), frozenset(["q", "h"])
+    _, motion = followed(text, outputs, stop=2.0, method="ias15")
+    _, expected = followed(text, outputs, stop=2.0)
+    assert motion.outcome.ending is Ending.COMPLETE
+    alike(motion.data, expected.data, 1e-9, text)
 
 
 @pytest.mark.exhaustive(keep=0.5)

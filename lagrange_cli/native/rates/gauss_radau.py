@@ -53,7 +53,8 @@ class GaussRadauSteps(GaussRadauLengths):
         return Trial(factor, factor < LEAST, regular & finite)
 
     def _predict(self, f: Function, h: Real, ratio: Real) -> None:
-        """b from the step before, g from b, and the scales."""
+        """b from the step before, g from b, and the scales. Where b is not finite, as after a trial that came
+        to where a force has no value, it is 0."""
         layout, lanes = self.state, self.lengths.lanes
         ratio = f.select(ratio < AHEAD, ratio, f.constant(0.0))
         wide, rows = [f.splat(one, lanes) for one in powers(ratio, TERMS)], inverse(products())
@@ -63,6 +64,7 @@ class GaussRadauSteps(GaussRadauLengths):
         with self._each(f, self._count) as i:
             before = layout.carried_at + HEADER
             b = [f.load_row("%state", i + (before + k * self.span), lanes) * wide[k] for k in range(TERMS)]
+            b = [f.select(f.magnitude(one) < math.inf, one, zero) for one in b]
             for k, one in enumerate(b):
                 self._put(f, one, self.terms, k, i)
             for n in range(TERMS):
