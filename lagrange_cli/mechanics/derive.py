@@ -14,7 +14,6 @@ from lagrange_cli.mechanics.constrained.pushed import (
     uses_multipliers,
     without_multipliers,
 )
-from lagrange_cli.mechanics.constrained.rigidity import refuse_strain
 from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
 from lagrange_cli.mechanics.constrained.weightless import entangled, weightless
 from lagrange_cli.mechanics.constraints import Constraints
@@ -22,6 +21,7 @@ from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulations import formulations, if_affordable, lowered
 from lagrange_cli.mechanics.multiplied_out import along_moving_axes
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.rigidity import refuse_strain
 from lagrange_cli.mechanics.switching.jumps import refuse_jumps
 from lagrange_cli.mechanics.switching.saturation import saturated, saturated_rows
 from lagrange_cli.mechanics.switching.unchanging import refuse_unchanging

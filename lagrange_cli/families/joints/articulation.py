@@ -71,7 +71,7 @@ def turned(builder: FamilyBuilder) -> Iterator[Turned]:
     for bodies in builder.bodies.values():
         for one in bodies.pieces(builder):
             if one.form == "matrix":
-                from lagrange_cli.mechanics.constrained.rigidity import refuse_strained
+                from lagrange_cli.mechanics.rigidity import refuse_strained
 
                 name = bodies.group.family.members[int(one.members[0])]
                 units = unit_quaternions(builder.bodies.values(), one.domain)
