@@ -12,7 +12,6 @@ from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
-from lagrange_cli.mechanics.laurent import multiplied_out
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 
@@ -87,8 +86,12 @@ def current_text(model: Model[Node], change: Change, named: Named = ()) -> str:
     first if its factor is constant."""
     moving = variables(model)
     terms = [term(factor, one.name, moving) for factor, one in named]
-    directions = [(k, multiplied_out(graph_of(model), xi)) for k, xi in sorted(change.directions.items())]
-    terms += [term(xi, f"p_{model.coordinates[k]}", moving) for k, xi in directions]
+    for k, xi in sorted(change.directions.items()):
+        if xi.symbols & moving:
+            from lagrange_cli.mechanics.laurent import multiplied_out
+
+            xi = multiplied_out(graph_of(model), xi)
+        terms.append(term(xi, f"p_{model.coordinates[k]}", moving))
     if change.time is not None and not change.time.is_zero:
         steady = not change.time.symbols & moving
         terms.insert(0 if steady else len(terms), term(-change.time, "h", moving))
