@@ -546,6 +546,13 @@ def test_a_wrong_body(given, instead, message):
     assert all(one.line for one in caught.value.problems)
 
 
+def test_a_list_in_quotes_is_no_list():
+    with pytest.raises(SpecError) as caught:
+        read_spec(BODY.replace("[w, x, y, z]", "'[w, x, y, z]'"), "body.yaml")
+    (found,) = caught.value.problems
+    assert found.hint == "leave out the quotes around the list"
+
+
 @pytest.mark.parametrize(
     ("inertia", "hint"),
     [

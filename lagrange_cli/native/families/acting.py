@@ -18,10 +18,10 @@ from lagrange_cli.families.arrays import Array, Chain, Slots, Source, Term
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop, Rows
-from lagrange_cli.native.families.member_lists import MemberList
+from lagrange_cli.native.families.member_lists import MemberList, each_of
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
 from lagrange_cli.native.families.stage import SeriesWriter
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, before
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
@@ -106,13 +106,9 @@ class Scan(Writer):
         f, fixed = self.f, self.fixed(bases)
         start = self.listed_at(self.rows.starts, r)
         with f.loop(0, length, LANES, tested=False) as j:
-            acts = self._acts({**fixed, **self.changing(bases, j)})
-            with f.when(f.any(acts)):
-                flags = f.select(acts, f.vector([1.0] * LANES), f.zero(LANES))
-                with f.loop(0, LANES, tested=False) as lane:
-                    wanted = (f.lane(flags, lane) > 0.0) & (j + lane < length)
-                    with f.when(wanted):
-                        self.members.add(start + j + lane)
+            acts = self._acts({**fixed, **self.changing(bases, j)}) & before(f, j, length)
+            with each_of(f, acts) as lane:
+                self.members.add(start + j + lane)
 
     def _acts(self, known: Mapping[Node, Operands]) -> Bit:
         """Which of eight members act."""

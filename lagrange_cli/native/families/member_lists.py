@@ -105,6 +105,15 @@ class MemberList:
             yield j
 
 
+@contextmanager
+def each_of(f: Function, which: Bit) -> Iterator[Integer]:
+    """The numbers of those of eight lanes."""
+    with f.when(f.any(which)):
+        flags = f.select(which, f.vector([1.0] * LANES), f.zero(LANES))
+        with f.loop(0, LANES, tested=False) as lane, f.when(f.lane(flags, lane) > 0.0):
+            yield lane
+
+
 class ListWriter(Writer):
     """The code of a loop for the members of a list (``members``)."""
 

@@ -15,7 +15,7 @@ from lagrange_cli.families.arrays import Array, Chain, Slots, Source, Total
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.member_lists import ListWriter, MemberList
+from lagrange_cli.native.families.member_lists import ListWriter, MemberList, each_of
 from lagrange_cli.native.families.nearness import Enclosure, Watch, WatchedJet, enclosed, write_radii
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tables import before, place_at
@@ -61,12 +61,9 @@ class ListEnclosure(ListWriter, Enclosure):
                 places = members.at(i, j)
                 mode, mark = (self.gather(one, places) for one in (modes, fresh))
                 wanted = wanted | ~((value * mode > 0.0) & (mark <= 0.0))
-            wanted = wanted & inside
-            with f.when(f.any(wanted)):
-                flags = f.select(wanted, f.vector([1.0] * LANES), f.zero(LANES))
-                with f.loop(0, LANES, tested=False) as lane, f.when(f.lane(flags, lane) > 0.0):
-                    near.add_from(members, j + lane)
-                    marks.mark(f, [members.place(i, j + lane) for i in dict.fromkeys(members.targets)])
+            with each_of(f, wanted & inside) as lane:
+                near.add_from(members, j + lane)
+                marks.mark(f, [members.place(i, j + lane) for i in dict.fromkeys(members.targets)])
 
 
 class ListSeries(ListWriter, SeriesWriter):

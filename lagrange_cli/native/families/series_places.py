@@ -159,7 +159,8 @@ class SeriesPlaces:
         if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
             self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=self.shared)
         if self.tiling is None:
-            listed = series_of(self.acting.parted(plain))
+            known: dict[Loop | Chain, LoopSeries | Chain] = {one.loop: one for one in found}
+            listed = [known.get(one) or series_of([one])[0] for one in self.acting.parted(plain)]
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
@@ -168,7 +169,8 @@ class SeriesPlaces:
                 one = replace(one, kept=self.tiling.kept(i))
                 self.waiting.append(self.take(LANES * len(one.loop.terms) * self.order))
             self.loops.append((one, 0 if self.acting.hold(one) else self.take(one.doubles)))
-        self.acting.make(self.evaluation(0))
+        if self.acting.lists:
+            self.acting.make(self.evaluation(0))
 
     @property
     def series(self) -> list[tuple[LoopSeries, int]]:
