@@ -15,8 +15,9 @@ from lagrange_cli.expression.zero import is_rounding, is_zero
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 
-SMALL = 2.0**-10
-"""Squares with a weight below this part of the largest one are completed later: digits would be lost."""
+SMALL = 0.25
+"""Squares with a weight below this part of the largest one are completed later: the rounding of what is left
+is at most multiplied by the reciprocal of this each time."""
 
 
 @dataclass(frozen=True)
