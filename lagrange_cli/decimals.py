@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import SupportsFloat
+from typing import TYPE_CHECKING, SupportsFloat
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 
 def decimal(value: float, digits: int = 6) -> str:
@@ -18,6 +21,15 @@ def scientific(value: float, digits: int = 1) -> str:
 def exact(value: SupportsFloat) -> str:
     """``value`` with all digits that tell it from other doubles."""
     return _as_in_files(repr(float(value)))
+
+
+def as_decimal(value: Fraction, digits: int) -> str:
+    """A fraction with all of its digits, or so many: ``1.25``, ``0.3333``, ``1e-9``."""
+    from decimal import Decimal, localcontext
+
+    with localcontext() as context:
+        context.prec = digits
+        return _as_in_files(f"{(Decimal(value.numerator) / value.denominator).normalize():g}")
 
 
 def _as_in_files(digits: str) -> str:

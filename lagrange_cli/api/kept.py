@@ -109,7 +109,7 @@ class Kept:
         self, spec: Spec, values: Values, t: float, given: Collection[str], *, forced: bool, exact: bool
     ) -> tuple[Spec, Values, Begin]:
         """As ``consistent_values``, for the spec that was read."""
-        if not spec.all_constraints:
+        if not spec.restricted:
             return spec, values, NOTHING
 
         def find() -> tuple[Spec, Values, Begin]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
-from lagrange_cli.decimals import exact
+from lagrange_cli.decimals import as_decimal, exact
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import Binary, Call, Comparison, Name, Negative, Number, Span, Tree
 
 NOWHERE = Span(0, 0)
+DIGITS = 70
+"""Those of fractions that are no finite decimals."""
 
 
 def tree_of(node: Node) -> Tree:
@@ -38,9 +41,12 @@ def _tree(node: Node, arguments: Sequence[Tree]) -> Tree:
     return Call(node.data, tuple(arguments), NOWHERE)
 
 
-def number(value: float) -> Tree:
-    """A number, which may be negative."""
-    size = Number(exact(abs(value)).removesuffix(".0"), NOWHERE)
+def number(value: float | Fraction) -> Tree:
+    """A number, which may be negative; a fraction with so many digits as are needed, or ``DIGITS``."""
+    if isinstance(value, Fraction):
+        size = Number(as_decimal(abs(value), DIGITS), NOWHERE)
+    else:
+        size = Number(exact(abs(value)).removesuffix(".0"), NOWHERE)
     return Negative(size, NOWHERE) if value < 0 else size
 
 

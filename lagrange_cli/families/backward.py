@@ -69,9 +69,12 @@ class Reversal:
                 halts=halts, beside=self._beside(modes),
                 errors=None if modes.errors is None else self.of(modes.errors),
             )  # fmt: skip
+        first_order = system.first_order
+        if first_order is not None:
+            first_order = replace(first_order, velocities=self.of(first_order.velocities, -1.0))
         return replace(
-            system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
-            loads=[*map(self.of, system.loads)], events=events,
+            system, modes=modes, first_order=first_order, forces=self.of(system.forces),
+            needed=[*map(self.of, system.needed)], loads=[*map(self.of, system.loads)], events=events,
         )  # fmt: skip
 
     def _beside(self, modes: Modes) -> Total | None:

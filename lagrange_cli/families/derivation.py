@@ -18,6 +18,7 @@ from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.curved_masses import inertia
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
+from lagrange_cli.families.first_order import first_order_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.impacts.actions import on_joints, with_actions, with_coupled_masses
 from lagrange_cli.families.joints.articulation import articulation, centres
@@ -55,7 +56,10 @@ def separate(
     covered = np.zeros(builder.q.count, dtype=bool)
     for term in masses.terms:
         covered[term.targets] = True
-    if not covered.all() or (coupled and whole is None and not spec.bodies):
+    light = np.flatnonzero(~covered)
+    if coupled and whole is None and not spec.bodies:
+        raise Unsuited
+    if light.size and (not spec.first_order or whole is not None or spec.constrained or spec.events):
         raise Unsuited
     if whole is not None:
         whole.elimination  # noqa: B018 - refuses what is coupled to too much
@@ -72,7 +76,13 @@ def separate(
     rates = total_of(builder.q.count, [*gradient.terms, *gained], graph) if gained else gradient
     terms, _, beside = applied_forces(builder, spec, ())
     forces = total_of(builder.q.count, [*opposite(rates.terms), *terms], graph)
-    builder.totals.append(masses)
+    without_mass = None
+    if light.size:
+        builder.totals += [*needed, *(one for one in beside if one not in builder.totals), masses]
+        needed, beside = [], []
+        without_mass = first_order_of(builder, light, masses, forces)
+    else:
+        builder.totals.append(masses)
     mass, speed = (slots.own(everyone, one) for one in (masses, builder.v))
     squares = [Term(everyone, 0.5 * mass * speed * speed, everyone.together)]
     momentum = [*opposite(vector.terms), Term(everyone, mass * speed, everyone.every)]
@@ -82,11 +92,14 @@ def separate(
     energy = builder.added(1, squares)
     kinetic = slots.own(builder.root, energy)
     momenta = total_of(builder.q.count, momentum, graph)
-    apart = masses, energy, *([] if whole is None else [whole.entries])
+    apart = [masses, energy, *([] if whole is None else [whole.entries])]
     used = [total for total in builder.totals if total not in apart]
     bound = bonds(builder, spec)
     if whole is not None and whole.alone is not None and bound is not None:
         whole = without_bound_spins(whole, bound)
+    if without_mass is not None:
+        masses, forces = without_mass.as_with_mass(masses, graph)
+        builder.totals.append(masses)
     saddle = None
     if whole is not None and (bound is not None or whole.curved):
         saddle = SaddlePoint(whole, bound or unbound())
@@ -96,7 +109,7 @@ def separate(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
         centres=centres(builder, spec) if vector.terms or whole is not None else (),
-        coupled_masses=whole, saddle=saddle, inertia=quadratic,
+        coupled_masses=whole, saddle=saddle, inertia=quadratic, first_order=without_mass,
         applied=total_of(builder.q.count, terms, graph),
         potential=potential, kinetic=kinetic, momenta=momenta, components=energies.components, bonds=bound,
         apart=energies.apart,
@@ -188,6 +201,8 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     except Unsuited:
         found = passing_where_parameters_jump(found)
     refuse_holding(found)
+    if found.first_order is not None and found.smooth is not None:
+        raise Unsuited
     return found
 
 

@@ -16,6 +16,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.coupled_masses import CoupledMasses
 from lagrange_cli.families.events import Events
+from lagrange_cli.families.first_order import FirstOrder
 from lagrange_cli.families.joints.joints import Articulation
 from lagrange_cli.families.saddle_points import SaddlePoint
 from lagrange_cli.mechanics.guards.guard import Rooted
@@ -160,6 +161,9 @@ class FamilySystem:
     loads: Sequence[Total] = ()
     bodies: Mapping[str, Bodies] = MappingProxyType({})
     """Rigid bodies by family; their centres of mass are among the particles."""
+    first_order: FirstOrder | None = None
+    """Coordinates without mass, whose velocities follow from coordinates: ``masses`` and ``forces`` have them
+    as if they had the mass 1."""
     bonds: Bonds | None = None
     """The constraints."""
     events: Events | None = None

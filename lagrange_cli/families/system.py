@@ -21,6 +21,7 @@ from lagrange_cli.families.arrays import Domain
 from lagrange_cli.families.derivation import articulated, separate
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.records import replace
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
 
 FEWEST = 100
@@ -143,6 +144,17 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
             pass
     _LATEST[:] = [(spec, algebra, found, why), *_LATEST[:1]]
     return found, why
+
+
+def with_first_order(spec: Spec) -> Spec:
+    """A system with coordinates without mass as one of first order, if it is followed in loops; or itself."""
+    names = [*names_of(spec.coordinates)]
+    found = family_system(replace(spec, first_order=(*names,)))
+    if found is None or found.first_order is None:
+        return spec
+    spec = replace(spec, first_order=tuple(names[k] for k in found.first_order.rows.tolist()))
+    _LATEST[:] = [(spec, GraphAlgebra, replace(found, spec=spec), ())]
+    return spec
 
 
 def with_all_constraints(spec: Spec) -> Spec:

@@ -82,7 +82,7 @@ def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra
     if system is not None or method != MANY_BODIES or not spec.coordinate_families:
         return system
     few = any_family_system(spec, algebra)
-    if few is None or any((few.joints, few.bonds, few.smooth, few.events, few.bodies)):
+    if few is None or any((few.joints, few.bonds, few.smooth, few.events, few.bodies, few.first_order)):
         return None
     if mostly_single(few):
         return None
@@ -171,6 +171,9 @@ def looped(system: FamilySystem, compilation: Compilation) -> FamilySystem | Wri
         return without_outputs(["multipliers"])
     if "ledger" in compilation.outputs and worked:
         return without_outputs(["ledger"])
+    of_constraints = sorted(outputs & OF_CONSTRAINTS)
+    if system.first_order is not None and of_constraints:
+        return without_outputs(of_constraints)
     timed = system.moved_in_time or system.timed_masses
     if compilation.backward and (timed or not system.steady_bonds):
         what = "motion backward in time where positions or masses depend on t"
@@ -283,6 +286,8 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
         from lagrange_cli.mechanics.omitted_work import IN_TURN
 
         said.append(IN_TURN)
+    if system.first_order is not None:
+        said.append("velocities of coordinates without mass are computed from their places, after each step")
     said.append(f"the forces have {system.terms} terms in all")
     if system.steady:
         said.append("the equations do not depend on t")

@@ -14,14 +14,12 @@ from lagrange_cli.mechanics.constrained.pushed import (
     uses_multipliers,
     without_multipliers,
 )
-from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
 from lagrange_cli.mechanics.constrained.weightless import entangled, weightless
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulations import formulations, if_affordable, lowered
 from lagrange_cli.mechanics.multiplied_out import along_moving_axes
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.rigidity import refuse_strain
 from lagrange_cli.mechanics.switching.jumps import refuse_jumps
 from lagrange_cli.mechanics.switching.saturation import saturated, saturated_rows
 from lagrange_cli.mechanics.switching.unchanging import refuse_unchanging
@@ -34,12 +32,18 @@ def derive(model: Model[Node]) -> Residual:
     """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros,
     ``InfiniteForce`` where an energy jumps, ``SpecError`` for an event that is the same at all states."""
     refuse_jumps(model)
-    refuse_strain(model)
+    turning = model.spec is not None and model.spec.bodies
+    if turning:
+        from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
+        from lagrange_cli.mechanics.rigidity import refuse_strain
+
+        refuse_strain(model)
     refuse_undetermined(model)
     refuse_unchanging(model)
     found = equations_of(along_moving_axes(model))
-    refuse_idle(model)
-    refuse_spinning(found)
+    if turning:
+        refuse_idle(model)
+        refuse_spinning(found)
     return found
 
 

@@ -106,9 +106,11 @@ def constraints_object(found: Classification) -> dict[str, Any]:
     from lagrange_cli.expression.text import text_of
 
     names = found.spec.all_constraints
+    massless = [*(found.spec.massless.values() or found.spec.first_order)]
+    without_mass = {"massless": massless} if massless else {}
     if not names:
-        return {}
-    said: dict[str, Any] = {"constraints": [*names], "initial": found.begin.as_data()}
+        return {**without_mass, "initial": found.begin.as_data()} if massless else {}
+    said: dict[str, Any] = {"constraints": [*names], "initial": found.begin.as_data(), **without_mass}
     said["eliminated"] = [
         {name: getattr(one, name) for name in fields_of(one)} for one in found.mechanics.eliminated
     ]
@@ -133,9 +135,13 @@ def constraints_shown(found: Classification) -> list[str]:
     from lagrange_cli.run.start_notes import notes
 
     names = found.spec.all_constraints
+    lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
+    if found.spec.first_order:
+        light = ", ".join(in_short([*found.spec.first_order], found.spec))
+        lines.insert(0, "their equations of motion contain no accelerations, and give their velocities")
+        return [f"  without mass: {light}", *(f"    {line}" for line in lines)]
     if not names:
         return []
-    lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
     massless = [*found.spec.massless.values()]
     if massless:
         those = "has no mass: its equation of motion is" if len(massless) == 1 else "have no mass: their"

@@ -25,6 +25,7 @@ from lagrange_cli.errors import (
 )
 from lagrange_cli.run.settings.settings import check_defaults
 from lagrange_cli.spec.content import written
+from lagrange_cli.spec.formulation import may_have_massless
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def read_run(
 
         read = examine
     spec, problems = read(content, filename, sizes)
-    if not problems.found and spec.may_have_massless:
+    if not problems.found and may_have_massless(spec):
         from lagrange_cli.run.massless import with_equations_of_the_massless
 
         spec = with_equations_of_the_massless(spec)
@@ -142,6 +143,10 @@ def _derived(
     """The equations with the numbers of an ``algebra``."""
     from lagrange_cli.mechanics.derive import derive
 
+    if spec.first_order:
+        from lagrange_cli.run.massless import written_out
+
+        spec = written_out(spec)
     count, bound = len(spec.coordinates), len(spec.all_constraints)
     what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
     algebra.graph.work.charge((count + bound) ** 2 if bound else count, what)

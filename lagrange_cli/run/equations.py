@@ -83,6 +83,10 @@ def derive(
     Raises ``SpecError`` where there are none, or they are too large; ``UsageError`` where there is no such
     transformation.
     """
+    if spec.first_order:
+        from lagrange_cli.run.massless import written_out
+
+        spec = written_out(spec)
     if coordinates:
         return derive_in(coordinates, spec, stage, overrides)
     from lagrange_cli.expression.exact import ExactGraphAlgebra

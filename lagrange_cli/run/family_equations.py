@@ -108,6 +108,10 @@ def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | No
     from lagrange_cli.symbolic.families.frames import Split
 
     known = derived.equations
+    if form == "hamilton" and known.first_order:
+        from lagrange_cli.symbolic.hamilton import no_hamiltonian
+
+        raise no_hamiltonian()
     try:
         with derived.bounded():
             if form == "hamilton" or (form in WITH_MATRIX and known.accelerations is None):
@@ -135,7 +139,13 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.coordinate_families or (spec.constrained and acting(spec)):
+    if not spec.coordinate_families:
+        return None
+    if small and spec.massless:
+        from lagrange_cli.run.massless import in_first_order
+
+        spec = in_first_order(spec)
+    if spec.constrained and acting(spec):
         return None
     from lagrange_cli.families.system import family_system, without_constraints
 
@@ -230,9 +240,9 @@ def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dic
 def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, float]) -> str:
     """The equations in a format other than JSON, likewise."""
     if isinstance(derived, DerivedFamilies):
-        if format_ != "python" or form != "reactions":
+        if format_ != "python" or (form != "reactions" and not derived.equations.first_order):
             return families_as_written(derived, format_, form, parameters)
-        with by_members(derived.spec, form, ""):  # a module has the forces on all members
+        with by_members(derived.spec, form, ""):  # a module has the forces on all members, or the multipliers
             derived = derive(derived.spec)
     with by_members(derived.spec, form, derived.coordinates):
         return as_written(derived, format_, form, parameters)

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.errors import LagrangeError, SpecError
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.trees import tree_of
@@ -37,14 +37,48 @@ NOTHING = 1e-9
 
 
 def with_equations_of_the_massless(spec: Spec) -> Spec:
-    """The system with the equations of coordinates without mass as constraints; itself if there are none, or
-    if they do not determine these coordinates: then it is refused where equations are derived, as other
-    mistakes are.
+    """The system with the equations of coordinates without mass as constraints, or as one of first order
+    where families are followed in loops; itself if there are none, or if they do not determine these
+    coordinates: then it is refused where equations are derived, as other mistakes are.
 
     Raises ``SpecError`` where such an equation is not linear in velocities.
     """
+    if spec.coordinate_families:
+        from lagrange_cli.families.system import with_first_order
+
+        spec = with_first_order(spec)
+    return spec if spec.first_order else with_constraints_of_the_massless(spec)
+
+
+def written_out(spec: Spec) -> Spec:
+    """A system as it is derived member by member: no factor of a velocity is known not to be 0."""
+    if not spec.first_order:
+        return spec
+    found = with_constraints_of_the_massless(replace(spec, first_order=()))
+    return replace(found, faint=tuple(found.all_constraints))
+
+
+def in_first_order(spec: Spec) -> Spec:
+    """A system as one of first order, however few members it has; itself if it is of another kind."""
+    if not spec.massless:
+        return spec
+    from lagrange_cli.families.system import any_family_system
+
+    constraints, nonholonomic = (
+        {name: one for name, one in some.items() if name not in spec.massless}
+        for some in (spec.constraints, spec.nonholonomic)
+    )
+    names = tuple(spec.massless.values())
+    found = replace(
+        spec, constraints=constraints, nonholonomic=nonholonomic, massless={}, first_order=names, left_out=()
+    )
+    return spec if any_family_system(found) is None else found
+
+
+def with_constraints_of_the_massless(spec: Spec) -> Spec:
+    """The system with the equations of coordinates without mass as constraints, however many there are."""
     try:
-        model = build_model(spec, GraphAlgebra())
+        model = build_model(spec, ExactGraphAlgebra())
         found = equations_of_the_massless(model)
         if not found or not determined(model, found):
             return spec

@@ -136,7 +136,9 @@ def conditioning_at(
     spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
 ) -> Conditioning | None:
     """That of the masses, with the constraints below. Systems of many coordinates are not looked at, but for
-    families without constraints."""
+    families without constraints, nor those of first order."""
+    if spec.first_order:
+        return None
     from lagrange_cli.mechanics.conditioning import conditioning
     from lagrange_cli.model.start.equations import Equations
 

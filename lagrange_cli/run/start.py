@@ -24,7 +24,8 @@ class Begin:
     that are not given.
     ``redundant``, ``undetermined`` and ``singular`` name constraints (see ``model.start.consistent``), and
     ``normalized`` has the lengths of quaternions before they became 1, by body. Constraints that depend on
-    others agree with them up to ``rest``, a part of their size.
+    others agree with them up to ``rest``, a part of their size. All this is ``by`` constraints, or by the
+    equations of motion of coordinates without mass.
     """
 
     moved: Mapping[str, tuple[float, float, float]] = {}
@@ -34,6 +35,7 @@ class Begin:
     singular: tuple[str, ...] = ()
     normalized: Mapping[str, float] = {}
     rest: float = 0.0
+    by: str = "the constraints"
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""
@@ -64,6 +66,11 @@ def consistent_values(
 
     Raises ``SpecError`` where no consistent state is near.
     """
+    if spec.first_order:
+        from lagrange_cli.run.first_order import with_velocities
+
+        values, moved, open_ones = with_velocities(spec, values, t, given, forced=forced, exact=exact)
+        return spec, values, Begin(moved, open_ones, by="the equations of motion")
     if not spec.all_constraints:
         return spec, values, NOTHING
     from lagrange_cli.run.derive import located
@@ -86,7 +93,15 @@ def consistent_values(
     in_turn = tuple(names[i] for i in found.generic.in_turn)
     tied = tuple(tuple(names[i] for i in group) for group in found.generic.tied)
     spec = replace(spec, left_out=found.redundant, in_turn=in_turn, tied=tied, faint=found.faint)
-    return spec, with_state(values, found), begin_of(found)
+    return spec, with_state(values, found), replace(begin_of(found), by=said_by(spec))
+
+
+def said_by(spec: Spec) -> str:
+    """What the start has to satisfy."""
+    if not spec.massless:
+        return "the constraints"
+    others = spec.all_constraints.keys() - spec.massless.keys()
+    return "the constraints and equations of motion" if others else "the equations of motion"
 
 
 def in_doubles(spec: Spec, values: Values, t: float, given: Collection[str], *, forced: bool) -> Start:
@@ -200,6 +215,10 @@ def rounding_of_run(
     consistent one, to all digits."""
     from lagrange_cli.spec.values import rounding_of
 
+    if spec.first_order:
+        from lagrange_cli.run.first_order import rounding_with_velocities
+
+        return rounding_with_velocities(spec, values, start, overrides)
     if not spec.all_constraints:
         return rounding_of(spec, values, start, overrides)
     from lagrange_cli.expression.exact import LongNumberAlgebra, less

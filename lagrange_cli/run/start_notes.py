@@ -29,10 +29,10 @@ def notes(begin: Begin) -> Iterator[str]:
         shown = [
             f"{name} {decimal(old, 9)} by {scientific(by)}" for name, (old, _, by) in begin.moved.items()
         ]
-        yield f"initial values moved to satisfy the constraints: {in_short(shown)}"
+        yield f"initial values moved to satisfy {begin.by}: {in_short(shown)}"
     if begin.found:
         shown = [f"{name} = {decimal(value, 9)}" for name, value in begin.found.items()]
-        yield f"initial values found from the constraints: {in_short(shown)}"
+        yield f"initial values found from {begin.by}: {in_short(shown)}"
     if begin.redundant:
         noun, verb = ("constraint", "depends") if len(begin.redundant) == 1 else ("constraints", "depend")
         but = (

@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from lagrange_cli.expression.syntax import Binary, Call, Tree, has_decimals, names, parts
-from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.expression.syntax import has_decimals, names
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.content import (
-    bases_of,
-    firsts_of,
-    groups_by_name,
-    names_of,
-    written,
-    written_by_family,
-)
+from lagrange_cli.spec.content import bases_of, firsts_of, groups_by_name, written
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Expression as Expression
 from lagrange_cli.spec.source import Place as Place
@@ -149,7 +140,8 @@ class Spec:
     ``draw`` has no part in the equations.
     ``replaced`` are names of the file that are functions of the ``coordinates`` once these have been changed
     by one of the ``transformations``. ``massless`` are coordinates without mass, by the names of the
-    constraints that are their equations of motion (``run.massless``).
+    constraints that are their equations of motion (``run.massless``). Those of ``first_order`` have no such
+    constraints, as the loops over their families compute velocities (``families.first_order``).
     """
 
     filename: str
@@ -184,6 +176,7 @@ class Spec:
     transformations: Mapping[str, Transformation] = field(default_factory=dict)
     replaced: Mapping[str, Expression] = field(default_factory=dict)
     massless: Mapping[str, str] = field(default_factory=dict)
+    first_order: tuple[str, ...] = ()
 
     @property
     def coordinate_families(self) -> Mapping[str, Family]:
@@ -204,6 +197,12 @@ class Spec:
     def constrained(self) -> bool:
         """Whether there are constraints."""
         return bool(self.constraints or self.nonholonomic)
+
+    @property
+    def restricted(self) -> bool:
+        """Whether the state has to satisfy something: constraints, or the equations of coordinates without
+        mass."""
+        return self.constrained or bool(self.first_order)
 
     @property
     def moving(self) -> Iterator[Expression]:
@@ -257,26 +256,6 @@ class Spec:
             yield self.lagrangian
 
     @property
-    def may_have_massless(self) -> bool:
-        """Whether there may be coordinates without mass: positions do not depend on them, or L seems to be
-        linear in their velocities."""
-        coordinates = {*bases_of(names_of(self.coordinates))}
-        trees = {name: [one.tree for one in own] for name, own in written_by_family(self.definitions).items()}
-        if self.lagrangian is None:
-            moving = chain(written(self.embedding), *(one.expressions for one in self.written_bodies))
-            return bool(coordinates - used_in([one.tree for one in moving], trees))
-        velocities = {velocity_name(name) for name in coordinates}
-        squared = set[str]()
-        for one in chain.from_iterable(map(parts, [self.lagrangian.tree, *chain(*trees.values())])):
-            if isinstance(one, Call):
-                squared |= used_in(one.arguments, trees)
-            elif isinstance(one, Binary) and one.operator in ("*", "/", "**"):
-                left, right = (used_in([each], trees) & velocities for each in (one.left, one.right))
-                if one.operator == "**" or (left and right):
-                    squared |= left | right
-        return bool(velocities - squared)
-
-    @property
     def acts(self) -> bool:
         """Whether an event sets anything."""
         return any(one.sets for one in written(self.events))
@@ -303,19 +282,9 @@ class Spec:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Coordinates less constraints that do not depend on others."""
-        return len(self.coordinates) - len(self.all_constraints) + len(self.left_out)
-
-
-def used_in(trees: Iterable[Tree], definitions: Mapping[str, Sequence[Tree]]) -> set[str]:
-    """The names in trees, and in definitions that are used there."""
-    pending, found = [one.base for tree in trees for one in names(tree)], set[str]()
-    while pending:
-        name = pending.pop()
-        if name not in found:
-            found.add(name)
-            pending += [one.base for tree in definitions.get(name, ()) for one in names(tree)]
-    return found
+        """Coordinates that have a mass, less constraints that do not depend on others."""
+        determined = len(self.all_constraints) + len(self.first_order)
+        return len(self.coordinates) - determined + len(self.left_out)
 
 
 def distinct(expressions: Iterable[Expression]) -> Iterable[Expression]:

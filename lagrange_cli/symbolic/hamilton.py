@@ -36,6 +36,12 @@ class Hamiltonian:
     solved: bool = True
 
 
+def no_hamiltonian() -> UsageError:
+    """The error of a mass matrix that is singular."""
+    reason = "the mass matrix is singular, so that momenta do not determine the velocities"
+    return UsageError(f"there is no Hamiltonian: {reason}")
+
+
 def hamilton_form(equations: Equations) -> Hamiltonian:
     """The Legendre transform of L. Raises ``UsageError`` where p = dL/dv does not determine v."""
     p = tuple(sympy.Symbol(f"p_{name}") for name in equations.coordinates)
@@ -53,8 +59,7 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     try:
         velocities = solve(equations.mass_matrix, excess.__getitem__, order)
     except Singular as error:
-        reason = "the mass matrix is singular, so that momenta do not determine the velocities"
-        raise UsageError(f"there is no Hamiltonian: {reason}") from error
+        raise no_hamiltonian() from error
     if velocities is None:
         return in_steps(equations, p)
     kinetic = sympy.Add(*(own * velocity for own, velocity in zip(excess, velocities, strict=True))) / 2

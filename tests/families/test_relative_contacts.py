@@ -45,15 +45,19 @@ def test_links_rest_as_written_out(
     chance, seed, _ = drawn(pytestconfig, angles, case, count)
     e = chance.choice([0.0, 0.3, 0.6])
     masses = chance.choice([*MASSES])
-    given, shifted = (stopped(case, angles, masses, count, e, one) for one in (seed, seed + 2.0**-41))
+    given, *others = (
+        stopped(case, angles, masses, count, e, one) for one in (seed, seed + 2.0**-41, seed - 2.0**-41)
+    )
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
     assert is_relative(given)
     found, expected = (motion(given, 0.4, whole=whole, patch=monkeypatch) for whole in (True, False))
-    beside = motion(shifted, 0.4, whole=True, patch=monkeypatch)
+    beside = [motion(other, 0.4, whole=True, patch=monkeypatch) for other in others]
     for path in (one for one in expected if not one.startswith("events/")):
         size = max(1.0, float(np.max(np.abs(expected[path]))))
-        # rounding errors, 2^-43 at first, grow as the distance from a motion that begins beside it
-        most = max(2.0**-33 * size, float(np.max(np.abs(found[path] - beside[path]))))
+        # rounding errors grow as the distances from motions that begin beside it; these have such errors,
+        # too, which are most of them where M is badly conditioned, so that they scatter
+        apart = max(float(np.max(np.abs(found[path] - other[path]))) for other in beside)
+        most = max(2.0**-33 * size, 4.0 * apart)
         assert np.max(np.abs(found[path] - expected[path])) <= most, (path, given)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -12,7 +13,9 @@ import lagrange_cli as lagrange
 from lagrange_cli.cli.main import main
 from lagrange_cli.expression.syntax import children
 from lagrange_cli.run.massless import with_equations_of_the_massless
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_long_values
 
 METHODS = "taylor", "ias15", "DOP853", "Radau"
 CLOSE = {"taylor": 1e-14, "ias15": 1e-13, "DOP853": 1e-8, "Radau": 1e-8}
@@ -284,15 +287,42 @@ def test_equations_of_a_thousand_terms_are_not_deep() -> None:
 
 
 def test_many_of_them_are_written_out_and_refused_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=300")
+    """Those whose equations give places."""
+    text = """
+sizes: {N: 26}
+coordinates: {"x[i in range(N)]": {initial: 0.1*i}, "z[i in range(N)]": {}}
+masses: {"bob[i in range(N)]": 1}
+positions: {"bob[i in range(N)]": "x[i]"}
+potential: sum(z[i]**2 + (x[i] - z[i])**4 + (x[i] - z[i])**2 for i in range(N))
+"""
+    monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=100")
     with pytest.raises(lagrange.SpecError, match="members are written out for coordinates without mass"):
-        lagrange.solve(VORTICES.format(count=26), stop=0.1)
+        lagrange.solve(text, stop=0.1)
     with pytest.raises(
         lagrange.UsageError, match="with coordinates without mass every member is written out"
     ):
-        lagrange.equations(VORTICES.format(count=3), indexed=True)
+        lagrange.equations(text, indexed=True)
 
 
 def test_values_that_their_equations_exclude_are_refused() -> None:
     with pytest.raises(lagrange.SpecError, match="'equation of z' is not satisfied by the initial values"):
         lagrange.solve(SERIES.replace("z: {}", "z: {initial: 0}"), stop=1)
+
+
+def test_their_equations_keep_all_digits() -> None:
+    """Also those of 1/pi and 0.1: in double-double, initial velocities have 31 digits."""
+    text = """
+parameters: {a: 1.1}
+coordinates: {x: {initial: 0.1, velocity: 1}, y: {initial: 0.3}}
+masses: {bob: 1}
+positions: {bob: x}
+potential: 0
+dissipation: (y_dot - a*x*x_dot/pi + 0.1*y)**2/2
+"""
+    spec = with_equations_of_the_massless(read_spec(text, "system.yaml"))
+    _, values, _ = consistent_values(spec, resolve_long_values(spec, {}), 0.0, (), exact=True)
+    assert values.remainder is not None
+    with mpmath.workdps(40):
+        exact = mpmath.mpf("0.11") / mpmath.pi - mpmath.mpf("0.03")
+        found = mpmath.mpf(values.v[1]) + values.remainder.v[1]
+        assert abs(found - exact) < 1e-33

@@ -59,7 +59,7 @@ class Parts:
 def parts_of(system: FamilySystem) -> Parts | None:
     """The parts; None where there is but one, and where this is not looked at."""
     count = system.q.count
-    if system.joints is not None or not 1 < count <= MOST:
+    if system.joints is not None or system.first_order is not None or not 1 < count <= MOST:
         return None
     terms, ties = terms_in(system), forces_in(system)
     if terms is None or ties is None:

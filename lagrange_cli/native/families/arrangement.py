@@ -143,6 +143,10 @@ class Arrangement(Scratch):
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         bound = self.motion is not None and system.bonds is not None
         self.moves = moves_of(system, self.lasting) if bound and stepping else None
+        self.velocities: Total | None = None
+        """Those that follow from places."""
+        if system.first_order is not None and stepping:
+            self.velocities = self.lasting.arranged(system.first_order.velocities, kept=False)
         self.impulses: Impulses | None = None
         if self.events is not None and self.events.pushing is not None and self.events.pushing.any():
             self.impulses = Impulses(system, self.lasting)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lagrange_cli.families.arrays import Array
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.contacts import Coupled
 from lagrange_cli.native.families.constraints.impulses import HEAD as PUSHES
 from lagrange_cli.native.families.constraints.impulses import Impulse, Impulses
 from lagrange_cli.native.families.constraints.moves import Moves, MovesTogether
 from lagrange_cli.native.families.constraints.projection import Projection
 from lagrange_cli.native.families.evaluation import Evaluation, LowParts, room
+from lagrange_cli.native.families.first_order import project_velocities
 from lagrange_cli.native.families.joints.closed import ClosedJet
 from lagrange_cli.native.families.joints.closed_projection import ClosedProjection, Residuals
+from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -26,9 +28,11 @@ class Returning(AtRest):
     """The function that takes the state back to the constraints."""
 
     def projection(self) -> str:
-        """``@project``, if there are constraints; its arrays are the next ones."""
+        """``@project``, if the state has to satisfy something; its arrays are the next ones."""
         if self.residuals is not None:
             return self.closed_projection(self.residuals)
+        if self.velocities is not None:
+            return self.first_order_projection(self.velocities)
         if self.moves is None:
             return ""
         evaluation, scratch = self.at_a_place(Function(HEAD), self.moves, self.moves.arrays)
@@ -72,6 +76,20 @@ class Returning(AtRest):
         parts = LowParts(lower, f.splat(low, LANES).name, evaluation.where)
         scratch = self.taken(vectors, base, room(self.tabled.size))
         return replace(evaluation, low=parts), scratch
+
+    def first_order_projection(self, velocities: Total) -> str:
+        """The same where velocities follow from places."""
+        assert self.system.first_order is not None
+        f, layout = Function(HEAD), self.layout
+        vectors, state = self.kind(f), self.state(f)
+        base = self.scratch(vectors)
+        totals = needed([velocities], self.slots, self.lasting.fixed)
+        arrays = {array: vectors.in_state(place, layout.width) for array, place in state.items()}
+        arrays |= self.arrays(vectors, base, totals)
+        time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
+        rows = self.system.first_order.rows.tolist()
+        return project_velocities(evaluation, totals, velocities, rows, layout)
 
     def closed_projection(self, residuals: Residuals) -> str:
         """The same of chains and trees."""

@@ -27,7 +27,7 @@ def consistent_ensemble(
 
     Raises ``SpecError`` where no member has one.
     """
-    if not spec.all_constraints:
+    if not spec.restricted:
         return spec, values, ()
     if values.remainder is not None:
         long = replace(values.of(0), remainder=values.remainder)
@@ -78,10 +78,11 @@ def notes_of_members(begins: Collection[Begin]) -> Iterator[str]:
         yield from notes(next(iter(begins)))
         return
     moved, found = sum(bool(one.moved) for one in begins), sum(bool(one.found) for one in begins)
+    by = next(iter(begins)).by if begins else ""
     if moved:
-        yield f"initial values of {members(moved)} moved to satisfy the constraints"
+        yield f"initial values of {members(moved)} moved to satisfy {by}"
     if found:
-        yield f"initial values of {members(found)} found from the constraints"
+        yield f"initial values of {members(found)} found from {by}"
     dependent = [(one.redundant, one.undetermined) for one in begins]
     for redundant, undetermined in dict.fromkeys(dependent):
         (said,) = [*notes(replace(NOTHING, redundant=redundant, undetermined=undetermined)), ""][:1]

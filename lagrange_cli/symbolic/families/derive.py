@@ -148,6 +148,7 @@ class _Deriver(Dynamics):
             nonholonomic=frozenset(one.family.name for one, holonomic in constraints if not holonomic),
             pulls=(),
             driving=None,
+            first_order=0 if self.system.first_order is None else len(self.system.first_order.rows),
             allowed=tuple(
                 one.of(self.of_members(self.second_rate(one.expression, own), one.loops))
                 for one, own in constraints

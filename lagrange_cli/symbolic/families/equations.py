@@ -86,6 +86,8 @@ class FamilyEquations:
     places: tuple[NamedPlace, ...]
     """Where particles are, for places that are written by name, and their velocities and accelerations."""
     events: tuple[EventLine, ...] = ()
+    first_order: int = 0
+    """The number of coordinates without mass, whose equations of motion give their velocities."""
     reactions: ReactionForm | None = None
     """The forces of constraint on particles, where they have been asked for."""
 

@@ -200,6 +200,9 @@ def accelerations(equations: FamilyEquations, writer: Writer, form: str) -> Sect
             rates = "derivatives" if equations.nonholonomic else "second derivatives"
             title, said = "Accelerations and multipliers", BOUND.format(rates)
         said += "; see --form matrix" * (form != "explicit")
+        if equations.first_order:
+            whole = equations.first_order == sum(len(one.members) for one in equations.coordinates)
+            said = RATES if whole else PARTLY
         return Section(title, (Statement("", "", writer.notation.words(said)),), True)
     listed = (
         line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
@@ -209,6 +212,11 @@ def accelerations(equations: FamilyEquations, writer: Writer, form: str) -> Sect
 
 NOT_LOOKED_FOR = "with constraints, momenta are examined only where all members are written out"
 TOGETHER = "the solution of all equations of motion together, which are linear in them"
+RATES = "the rates of the velocities, which the equations of motion give"
+PARTLY = (
+    "those of coordinates without mass are the rates of their velocities, which their equations of motion "
+    "give; the others are the solution of the other equations of motion"
+)
 BOUND = "the solution of all equations of motion and the {} of the constraints together"
 
 

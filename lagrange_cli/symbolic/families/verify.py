@@ -163,6 +163,7 @@ class Comparison:
         if (solver := self.compiled) is not None:
 
             def left_over(q: Array, v: Array) -> tuple[Array, Array]:
+                v = self.followed(t, q, v, parameters)
                 return self.values(left, (t, q, v, solver(t, q, v, parameters), parameters))
 
             (rest, sizes), none = left_over(q, v), np.zeros(len(q))
@@ -192,6 +193,15 @@ class Comparison:
             yield "h", DIRECT, abs(float(h[0]) - float(direct.h)) / float(size[0] or 1)
             if self.equations.constraints:
                 yield from self.of_constraints(direct, at)
+
+    def followed(self, t: float, q: Array, v: Array, parameters: Array) -> Array:
+        """Velocities, with those that follow from places."""
+        first_order = self.system.first_order
+        if first_order is None:
+            return v
+        found, rows = np.array(v), first_order.rows
+        found[rows] = FamilyValues(self.system, t, q, v, parameters).of(first_order.velocities)[rows]
+        return found
 
     def directly(self, at: Any) -> Direct:
         """What follows from the file, with any multipliers."""
