@@ -64,7 +64,7 @@ def test_the_page_of_the_output_file_names_every_output():
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    example, named, places, legs, walls, contact, rod, damper, vortices, top, *examples = examples
+    example, named, places, legs, walls, contact, rod, damper, vortices, phases, top, *examples = examples
     ball, rotor, plane, family, discs, *examples = examples
     drawn, others, chain, pieces, network, attraction, units, times = examples
     assert len(read_spec(network, "network.yaml").coordinates) == 3
@@ -82,6 +82,7 @@ def test_the_examples_of_the_system_file_are_system_files():
     assert read_spec(ground + contact, "contact.yaml").potential
     for light, count in ((damper, 1), (vortices, 4)):
         assert len(with_equations_of_the_massless(read_spec(light, "light.yaml")).massless) == count
+    assert len(with_equations_of_the_massless(read_spec(phases, "phases.yaml")).first_order) == 300
     assert [*read_spec(top, "top.yaml").bodies] == ["top"]
     assert [*read_spec(ball, "ball.yaml").events] == ["floor", "top"]
     rod = "parameters: {K: 1, T: 1}\ncoordinates: [theta]\nlagrangian: theta_dot**2/2\n"
