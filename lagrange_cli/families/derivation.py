@@ -26,6 +26,7 @@ from lagrange_cli.families.joints.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.joints.platforms import put_on_platforms
 from lagrange_cli.families.masses import energies_of
 from lagrange_cli.families.refusals import (
+    refuse_friction,
     refuse_holding,
     refuse_others,
     refuse_singular,
@@ -59,7 +60,7 @@ def separate(
     light = np.flatnonzero(~covered)
     if coupled and whole is None and not spec.bodies:
         raise Unsuited
-    if light.size and (not spec.first_order or whole is not None or spec.constrained or spec.events):
+    if light.size and (not spec.first_order or whole is not None or spec.constrained or spec.acts):
         raise Unsuited
     if whole is not None:
         whole.elimination  # noqa: B018 - refuses what is coupled to too much
@@ -202,7 +203,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         found = passing_where_parameters_jump(found)
     refuse_holding(found)
     if found.first_order is not None and found.smooth is not None:
-        raise Unsuited
+        refuse_friction(found.smooth)
     return found
 
 

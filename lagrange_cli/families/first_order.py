@@ -24,6 +24,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.jumps import may_jump
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 
@@ -51,14 +52,13 @@ def first_order_of(builder: FamilyBuilder, rows: Places, masses: Total, forces: 
     """What moves the coordinates in these ``rows``, which have no mass, and the others, whose ``masses`` are
     the entries of M: ``forces`` act on all.
 
-    Raises ``Unsuited`` where an equation does not give one velocity, or has kinks, where it might jump.
+    Raises ``Unsuited`` where an equation does not give one velocity, or one that may jump.
     """
     graph, slots, count = builder.graph, builder.slots, builder.q.count
     light = np.zeros(count, dtype=bool)
     light[rows] = True
     own, others = parted(slots, forces.terms, light)
-    if any(one.kind is Kind.SWITCH for one in reachable(slots.made_of([term.node for term in own]))):
-        raise Unsuited
+    refuse_jumps(builder, own, others)
     partner = np.full(count, NONE, dtype=np.int64)
     factors, rest = list[Term](), list[Term]()
     fast = with_velocities(builder)
@@ -110,6 +110,17 @@ def parted(slots: Slots, terms: Sequence[Term], light: Places) -> tuple[list[Ter
                 domain = Domain(len(members))
                 some.append(Term(domain, placed(slots, term.node, domain, members), term.targets[members]))
     return found
+
+
+def refuse_jumps(builder: FamilyBuilder, own: Sequence[Term], others: Sequence[Term]) -> None:
+    """Raise ``Unsuited`` where velocities that follow from forces of their ``own`` may jump, with coordinates
+    or in time, or where ``others`` do with coordinates and velocities: these might hold what they act on."""
+    slots = builder.slots
+    inside = reachable(slots.made_of([term.node for term in own]))
+    if any(one.kind is Kind.SWITCH and one.arguments[0].symbols & builder.time.symbols for one in inside):
+        raise Unsuited
+    if any(may_jump(slots, term.node, builder.q, builder.v) for term in (*own, *others)):
+        raise Unsuited
 
 
 def join(partner: Places, rows: Places, columns: Places) -> None:

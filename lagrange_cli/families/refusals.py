@@ -117,6 +117,13 @@ def eigenvalues(masses: CoupledMasses, entries: Values) -> Values:
     return np.asarray(np.linalg.eigvalsh(matrix)) if np.all(np.isfinite(matrix)) else np.array([np.nan])
 
 
+def refuse_friction(smooth: FamilySystem) -> None:
+    """Raise ``Unsuited`` where friction may hold something."""
+    modes = smooth.modes
+    if modes is not None and (modes.limits is not None or modes.sticking is not None or modes.vectors):
+        raise Unsuited
+
+
 def refuse_holding(system: FamilySystem) -> None:
     """Raise ``Unsuited`` where something may hold coordinates, and M is not diagonal, or that of joints whose
     coordinates are sums of these."""

@@ -72,6 +72,16 @@ dissipation: sum((1 + x[i]**2)*(x_dot[i] - c*sin(3*t))**2/2 for i in range(N))
 lagrangian: -k*sum(x[i]**2/2 for i in range(N))
 generalized_forces: {{"x[i in range(N)]": "-(2 + cos(x[i] + t))*x_dot[i] + G[i]*exp(-t)"}}
 """,
+    "soft discs": PLANE + """
+lagrangian: >-
+  -sum(k*max(0, 1 - (x[i] - x[j])**2 - (y[i] - y[j])**2)**2 PAIRS)
+  - sum(max(0, x[i] - 0.3)**2 + y[i]**2*abs(y[i]) for i in range(N))
+dissipation: sum(c*(x_dot[i]**2 + y_dot[i]**2)/2 for i in range(N))
+""",
+    "walls for dampers": BOBS + """
+potential: sum(k*z[i]**2/2 + max(0, z[i] - x[i] - 0.2)**2 for i in range(N))
+dissipation: sum(c*(x_dot[i] - z_dot[i])**2/2 for i in range(N))
+""",
     "dampers in series": BOBS + """
 potential: sum(k*z[i]**2/2 for i in range(N)) + sum((x[i] - x[j])**2/20 PAIRS)
 dissipation: sum(c*(x_dot[i] - z_dot[i])**2/2 for i in range(N)) + sum(z_dot[i]**2/9 for i in range(N))
@@ -94,6 +104,7 @@ def drawn(case: str, count: int, request: pytest.FixtureRequest) -> str:
 def in_loops(monkeypatch: pytest.MonkeyPatch) -> None:
     """Families are followed in loops, however few their members are."""
     monkeypatch.setattr(systems, "FEWEST", 0)
+    monkeypatch.setattr(systems, "FEWEST_SWITCHED", 0)
     systems._LATEST.clear()
 
 
@@ -285,3 +296,60 @@ def test_what_loops_do_not_compute_goes_through_the_members() -> None:
     assert np.max(np.abs(found.multipliers["equation of x(3)"])) < 1e-12
     expected = lagrange.solve(MANY.replace("N: 40", "N: 20"), stop=1, samples=3, outputs="q")
     assert np.allclose(found.q["x"], expected.q["x"], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_discs_that_touch_part(method: str) -> None:
+    """Overdamped discs with U = k d^(5/2)/2: pairs overlap by d = (d0^(-1/2) + 5 k t/4)^(-2)."""
+    text = """
+sizes: {N: 60}
+coordinates:
+  x[i in range(N)]: {initial: 5*floor(i/2) + 0.7*(i % 2)}
+  y[i in range(N)]: {initial: 0}
+definitions: {"disc[i in range(N)]": "(x[i], y[i])"}
+lagrangian: -sum(3*max(0, 1 - norm(disc[i] - disc[j]))**2.5/2 for i in range(N) for j in range(i))
+dissipation: sum((x_dot[i]**2 + y_dot[i]**2)/2 for i in range(N))
+""".replace("floor(i/2)", "(i//2)")
+    found = lagrange.solve(text, stop=4, samples=5, method=method)
+    apart = found.q["x"][:, 1::2] - found.q["x"][:, ::2]
+    expected = 1 - (0.3**-0.5 + 1.25 * 3 * found.t) ** -2
+    assert np.allclose(apart, expected[:, None], rtol=0, atol=1e-13) and not found.q["y"].any()
+
+
+@pytest.mark.filterwarnings("ignore:.*does not detect narrow forces")
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_events_are_those_of_the_members(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = MANY.replace("N: 40", "N: 20") + """
+events:
+  beat[i in range(N)]: {when: sin(x[i])}
+  slow: {when: x_dot[0] - 1.2}
+  far: {when: x[3] - 4, action: stop}
+"""  # fmt: skip
+    found = lagrange.solve(text, stop=9, samples=5, method=method)
+    with monkeypatch.context() as patch:
+        written_out(patch)
+        expected = lagrange.solve(f"{text}# written out\n", stop=9, samples=5, method=method)
+    assert found.events.keys() == expected.events.keys() and len(found.events["far/t"]) == 1
+    for path, values in expected.events.items():
+        assert len(values) and np.allclose(found.events[path], values, rtol=0, atol=1e-11), path
+    assert np.allclose(found.q["x"][-1], expected.q["x"][-1], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("potential", "friction"),
+    [
+        ("0.3*abs(x[i])", "x_dot[i]**2/2"),  # forces that jump
+        ("x[i]*where(t < 0.5, 1, 2)", "x_dot[i]**2/2"),
+        ("x[i]**2", "(x_dot[i] + x_dot[(i + 1) % N]/3)**2/2"),  # several velocities
+        ("x[i]**2", "x_dot[i]**2*where(x[i] > 0, 1, 2)/2"),
+    ],
+)
+def test_what_does_not_give_one_velocity_is_written_out(potential: str, friction: str) -> None:
+    text = f"""
+sizes: {{N: 120}}
+coordinates: {{"x[i in range(N)]": {{initial: 1 + 0.1*sin(i)}}}}
+lagrangian: -sum({potential} for i in range(N))
+dissipation: sum({friction} for i in range(N))
+"""
+    spec = with_equations_of_the_massless(read_spec(text, "system.yaml"))
+    assert not spec.first_order and len(spec.massless) == 120

@@ -147,7 +147,8 @@ class Switched:
             argument, above, below = one.arguments
             followed = argument in rubbing and one not in inside
             known = one in inside and jumps_by_a_constant(self.graph, one, self.moving)
-            if argument.symbols & self.places and not (followed or known) and jumps(self.graph, one):
+            jumping = argument.symbols & self.places and not (followed or known) and jumps(self.graph, one)
+            if jumping and self.system.first_order is None:
                 raise written_out(self.system)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
@@ -160,7 +161,10 @@ class Switched:
     @cached_property
     def _jumping(self) -> list[tuple[Friction, Friction]]:
         """The terms of the forces that jump, for each argument with places or velocities by itself; and each
-        in the domain of the first that has the same numbers in this."""
+        in the domain of the first that has the same numbers in this. Where velocities follow from places, no
+        force jumps but their rates, which hold nothing (``families.first_order``)."""
+        if self.system.first_order is not None:
+            return []
         found, known = list[tuple[Friction, Friction]](), list[Friction]()
         for term in self.merged(self.system.forces):
             jumping: dict[Node, list[Node]] = {}
