@@ -322,7 +322,7 @@ def test_events_are_those_of_the_members(method: str, monkeypatch: pytest.Monkey
     text = MANY.replace("N: 40", "N: 20") + """
 events:
   beat[i in range(N)]: {when: sin(x[i])}
-  slow: {when: x_dot[0] - 1.2}
+  slow: {when: x_dot[0] - 0.9}
   far: {when: x[3] - 4, action: stop}
 """  # fmt: skip
     found = lagrange.solve(text, stop=9, samples=5, method=method)
