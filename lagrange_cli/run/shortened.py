@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import prod
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.vocabulary import velocity_name
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.loops import Ranges
     from lagrange_cli.spec.spec import Family, Spec
 
 
@@ -24,12 +25,28 @@ def listed(words: Sequence[str]) -> str:
 
 
 def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coordinates",)) -> list[str]:
-    """The names, with all members of a family as one: ``u[0..19,0..9]``, or ``45 of u[1..9,0..8]``."""
+    """The names, with all members of a family as one: ``u[0..19,0..9]``, or ``45 of u[1..9,0..8]``; of some
+    members, those side by side, or at equal distances, ``u[0], u[3], ..., u[27]``."""
     families = {name: one for key in sections for name, one in spec.families.get(key, {}).items()}
     present = set(names)
-    whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
-    ends = {name: all_of(family) for name, family in whole.items()}
-    return [*dict.fromkeys(ends.get(name.partition("[")[0], name) for name in names)]
+    ends = dict[str, str]()
+    for family in families.values():
+        if present.issuperset(family.members):
+            ends |= dict.fromkeys(family.members, all_of(family))
+        elif not present.isdisjoint(family.members):
+            from lagrange_cli.spec.blocks import blocks
+
+            for ranges, members in blocks(family, present):
+                ends |= dict.fromkeys(members, block(family.name, ranges, members))
+    return [*dict.fromkeys(ends.get(name, name) for name in names)]
+
+
+def block(name: str, ranges: Ranges, members: Sequence[str]) -> str:
+    """Members as one."""
+    if all(one.step == 1 or len(one) == 1 for one in ranges):
+        ends = ",".join(f"{one[0]}..{one[-1]}" if len(one) > 1 else f"{one[0]}" for one in ranges)
+        return f"{name}[{ends}]"
+    return f"{members[0]}, {members[1]}, ..., {members[-1]}"
 
 
 def all_of(family: Family) -> str:
@@ -59,24 +76,41 @@ def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
     the energy function, each of members with one index."""
     shown = dict(lines)
     for family in spec.coordinate_families.values():
-        momenta, speed = [f"p_{member}" for member in family.members], velocity_name(family.label)
-        index, ranges = family.label.removeprefix(family.name), zip("ijklmn", family.shape)
-        range_ = f"   [{' '.join(f'for {i} in range({n})' for i, n in ranges)}]"
-        if len(momenta) > 1 and lines.keys() >= {*momenta}:
+        speed, index = velocity_name(family.label), family.label.removeprefix(family.name)
+        range_ = spelled(map(range, family.shape))
+        momenta = [member for member in family.members if f"p_{member}" in lines]
+        every = len(momenta) == len(family.members)
+        alike: list[tuple[str, Sequence[str]]] = [(range_, momenta)] if every and len(momenta) > 1 else []
+        if momenta and not every:
+            from lagrange_cli.spec.blocks import blocks
+
+            alike = [(spelled(ranges), members) for ranges, members in blocks(family, {*momenta})]
+        for ranges, members in alike:
             found = set()
-            for momentum, member in zip(momenta, family.members):
-                line = lines[momentum].replace(member, family.label)
+            for member in members:
+                line = lines[f"p_{member}"].replace(member, family.label)
                 line = line.replace(velocity_name(member), speed)
                 # the event of its own index: 'wall[3]'
                 found.add(line.replace(f"{member.removeprefix(family.name)}'", f"{index}'"))
             if len(found) == 1:
-                shown |= dict.fromkeys(momenta, f"{found.pop()}{range_}")
+                shown |= dict.fromkeys((f"p_{member}" for member in members), f"{found.pop()}{ranges}")
         parts = [f"h_{member}" for member in family.members]
         if len(parts) > 1 and len(family.shape) == 1 and family.complete and lines.keys() >= {*parts}:
             found = {lines[part].replace(f"[{k}]", index) for part, (k,) in zip(parts, family.places)}
             if len(found) == 1:
                 shown |= dict.fromkeys(parts, f"{found.pop()}{range_}")
     return [*dict.fromkeys(shown.values())]
+
+
+def spelled(ranges: Iterable[range]) -> str:
+    """The values of the indices of a line."""
+    return f"   [{' '.join(f'for {i} in {text_of(one)}' for i, one in zip('ijklmn', ranges))}]"
+
+
+def text_of(values: range) -> str:
+    """``range(20)``, or what else it is."""
+    begin = f"{values.start}, " if values.start or values.step > 1 else ""
+    return f"range({begin}{values[-1] + 1}{f', {values.step}' if values.step > 1 else ''})"
 
 
 def by_template(lines: Mapping[str, str], spec: Spec) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import sympy
 
@@ -14,6 +14,8 @@ from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events
 from lagrange_cli.records import replace
+from lagrange_cli.spec.blocks import blocks, several
+from lagrange_cli.spec.family import Family
 from lagrange_cli.symbolic.equations import Changing, Conserved
 from lagrange_cli.symbolic.families.given import Given
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
@@ -22,6 +24,8 @@ from lagrange_cli.symbolic.from_graph import number
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Loops, Summed
+
+INDICES = "ijklmn"
 
 
 def balance(
@@ -115,20 +119,37 @@ def between(each: Conserved, breaks: Sequence[str]) -> Conserved:
 
 
 def cyclic(given: Given, names: Mapping[str, Sequence[str]], momenta: Sequence[Line]) -> Iterator[Conserved]:
-    """Momenta of cyclic coordinates: one for a family, if all of its members are cyclic. The ``names`` of
-    what is conserved come with the events that may change it."""
+    """Momenta of cyclic coordinates: one for a family, if all of its members are cyclic, and one for members
+    side by side or at equal distances, if some are. The ``names`` of what is conserved come with the events
+    that may change it."""
     for family in given.builder.coordinates:
         own = [line for line in momenta if line.family is family]
         kept = [name for name in family.members if f"p_{name}" in names]
         if len(kept) == len(family.members):
-            shown = [(one.name(), one.expression) for one in own]
+            shown: Iterable[tuple[str, sympy.Expr, str, Sequence[str]]] = (
+                (one.name(), one.expression, "", kept) for one in own
+            )
         else:
-            shown = [(name, sympy.S.Zero) for name in kept]
-        every = dict.fromkeys(event for name in kept for event in names[f"p_{name}"])
-        for name, expression in shown:
-            because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(False)}"
-            breaks = names.get(f"p_{name}", [*every])
-            yield between(Conserved(f"p_{name}", expression, because), breaks)
+            shown = in_blocks(family, kept)
+        for name, expression, which, members in shown:
+            because = f"`{name}` is cyclic{which}: `L` does not contain it, and {without_force(False)}"
+            breaks = dict.fromkeys(event for member in members for event in names[f"p_{member}"])
+            yield between(Conserved(f"p_{name}", expression, because), [*breaks])
+
+
+def in_blocks(family: Family, kept: Sequence[str]) -> Iterator[tuple[str, sympy.Expr, str, Sequence[str]]]:
+    """Some members of a family, those together whose indices are in ranges: what they are called, 0, for
+    which indices, and which they are."""
+    found = dict[str, tuple[str, sympy.Expr, str, Sequence[str]] | None]()
+    for ranges, members in blocks(family, {*kept}):
+        indices = [index if len(one) > 1 else str(one[0]) for index, one in zip(INDICES, ranges)]
+        which = " and ".join(f"`{i}` = {several(one)}" for i, one in zip(INDICES, ranges) if len(one) > 1)
+        block = f"{family.name}[{','.join(indices)}]", sympy.S.Zero, f" for {which}", members
+        found |= {name: block if name == members[0] else None for name in members}
+    for name in kept:
+        one = found.get(name, (name, sympy.S.Zero, "", [name]))
+        if one is not None:
+            yield one
 
 
 def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
