@@ -8,6 +8,7 @@ from lagrange_cli.records import fields_of
 from lagrange_cli.run.shortened import by_template, cut, in_short, listed, readable, section, together
 from lagrange_cli.run.source import count_of
 from lagrange_cli.spec.content import firsts, groups_by_name, names_of
+from lagrange_cli.spec.spec import freedom
 from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
@@ -85,10 +86,10 @@ def as_text(found: Classification, *, verbose: bool) -> str:
         one.quantity: f"{one.quantity} = {readable(one.expression)}: {one.because}"
         for one in mechanics.conserved
     }
-    degrees = count_of(spec.degrees_of_freedom, "degree")
+    free = freedom(spec.degrees_of_freedom, spec.of_first_order)
     return "\n".join(
         (
-            f"{spec.name}: {degrees} of freedom, {dependence_on_time(found)}",
+            f"{spec.name}: {free}, {dependence_on_time(found)}",
             f"  coordinates: {', '.join(in_short(names, spec))}",
             f"  cyclic: {', '.join(in_short(found.mechanics.cyclic, spec)) or 'none'}",
             *constraints_shown(found),

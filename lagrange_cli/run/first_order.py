@@ -68,7 +68,7 @@ def velocities(
         from lagrange_cli.families.long_values import LongNumbers
 
         kind, algebra = LongNumbers(), ExactGraphAlgebra
-    system = family_system(spec, algebra)
+    system = family_system(spec, algebra) or family_system(spec)
     assert system is not None and system.first_order is not None
     given = kind.array([parameters[name] for name in names_of(spec.parameters)])
     with np.errstate(all="ignore"):

@@ -23,6 +23,7 @@ def written_in_part(begun: Begun, format_: str) -> str:
     from lagrange_cli.expression.exact import ExactGraphAlgebra
     from lagrange_cli.mechanics.conservation import conservation
     from lagrange_cli.mechanics.conserved.symmetries import symmetries
+    from lagrange_cli.spec.spec import freedom
     from lagrange_cli.symbolic.parts import parts_as_written
     from lagrange_cli.symbolic.work import counting
 
@@ -32,7 +33,8 @@ def written_in_part(begun: Begun, format_: str) -> str:
         known = conservation(model)[1]
         every = (*known, *(one.conserved for one in symmetries(model, known)))
         kept = [(kept_quantity(one), one.because) for one in every]
-        return parts_as_written(begun.model, begun.noted, spec.degrees_of_freedom, kept, format_)
+        free = freedom(spec.degrees_of_freedom, spec.of_first_order)
+        return parts_as_written(begun.model, begun.noted, free, kept, format_)
 
 
 def kept_quantity(one: Conserved) -> str:

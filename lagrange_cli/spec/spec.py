@@ -281,10 +281,23 @@ class Spec:
         return replace(self, **kept)
 
     @property
+    def of_first_order(self) -> int:
+        """The number of coordinates without mass whose equations of motion give velocities."""
+        return len(self.first_order) + sum(name in self.nonholonomic for name in self.massless)
+
+    @property
     def degrees_of_freedom(self) -> int:
         """Coordinates that have a mass, less constraints that do not depend on others."""
         determined = len(self.all_constraints) + len(self.first_order)
         return len(self.coordinates) - determined + len(self.left_out)
+
+
+def freedom(degrees: int, first_order: int) -> str:
+    """``2 degrees of freedom``, and how many coordinates of ``first_order`` there are besides."""
+    said = [f"{degrees} degree{'' if degrees == 1 else 's'} of freedom"] if degrees or not first_order else []
+    if first_order:
+        said.append(f"{first_order} coordinate{'' if first_order == 1 else 's'} of first order")
+    return " and ".join(said)
 
 
 def distinct(expressions: Iterable[Expression]) -> Iterable[Expression]:

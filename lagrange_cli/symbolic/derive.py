@@ -129,6 +129,7 @@ def derive_equations(model: Model[sympy.Expr], noted: dict[str, sympy.Expr] | No
         multipliers=None if solution is None else solution[len(q) :],
         unsolved=unsolved,
         degrees_of_freedom=len(q) - len(constraints),
+        first_order=sum(bool(one.of) and not one.holonomic for one in model.constraints),
         redundant={one.name: neat(one.expression, order, Role.COORDINATE) for one in model.redundant},
         replaced={name: neat(one, order, Role.COORDINATE) for name, one in model.replaced.items()},
     )

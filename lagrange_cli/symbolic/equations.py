@@ -133,6 +133,7 @@ class Equations:
     multipliers: tuple[sympy.Expr, ...] | None = ()
     unsolved: str = ""
     degrees_of_freedom: int = 0
+    first_order: int = 0
     reactions: tuple[Reaction, ...] = ()
     redundant: Mapping[str, sympy.Expr] = field(default_factory=dict)
     """Constraints that depend on others: they hold, and the equations go without their multipliers."""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from textwrap import wrap as wrapped
 
+from lagrange_cli.spec.spec import freedom
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.report import sections
@@ -39,12 +40,13 @@ def as_unicode(equations: Equations, form: str) -> str:
 
 def page(equations: Equations, content: Iterable[Section]) -> str:
     """The sections in sequence."""
-    return lines_of(equations.name, equations.degrees_of_freedom, content)
+    free = freedom(equations.degrees_of_freedom, equations.first_order)
+    return lines_of(equations.name, free, content)
 
 
-def lines_of(name: str, count: int, content: Iterable[Section]) -> str:
-    """The sections in sequence, below a title."""
-    lines = [f"{name}: {count} degree{'' if count == 1 else 's'} of freedom"]
+def lines_of(name: str, free: str, content: Iterable[Section]) -> str:
+    """The sections in sequence, below a title: a name, and the degrees of freedom in words."""
+    lines = [f"{name}: {free}"]
     for section in content:
         lines += ["", section.title]
         for statement in section.statements:

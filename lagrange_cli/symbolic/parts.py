@@ -32,13 +32,13 @@ NOTATIONS: dict[str, Callable[[], Notation]] = {"text": Text, "unicode": Unicode
 def parts_as_written(
     model: Model[sympy.Expr],
     noted: Mapping[str, sympy.Expr],
-    freedom: int,
+    free: str,
     kept: Iterable[tuple[str, str]],
     format_: str,
 ) -> str:
     """Energies, constraints and momenta of a model as far as they are short, in one of the ``NOTATIONS``.
 
-    Those that are ``noted`` by name are known. ``freedom`` is its number of degrees of freedom, ``kept`` has
+    Those that are ``noted`` by name are known. ``free`` are its degrees of freedom in words, ``kept`` has
     what is conserved, as `h = T + U`, and why.
     """
     symbols = multiplier_symbols([each.name for each in model.constraints], "lambda", [*model.q, *model.v])
@@ -50,7 +50,7 @@ def parts_as_written(
         Section("Equations of motion", (Statement("", "", WITHOUT),), True),
         Section("Conserved", said or (nothing,), True),
     ]
-    return lines_of(model.name, freedom, content)
+    return lines_of(model.name, free, content)
 
 
 def sections(model: Model[sympy.Expr], noted: Mapping[str, sympy.Expr], writer: Writer) -> list[Section]:

@@ -272,6 +272,7 @@ def test_check_says_which_have_no_mass(tmp_path: Path, capsys) -> None:
     path.write_text(MANY, encoding="utf-8")
     assert main(["check", str(path)]) == 0
     shown = capsys.readouterr().out
+    assert shown.startswith("system: 40 coordinates of first order, scleronomic")
     assert "without mass: x[0..39]\n" in shown and "give their velocities" in shown
     assert "initial values found from the equations of motion: x_dot[0] = " in shown
     assert main(["check", "--json", str(path)]) == 0

@@ -254,6 +254,7 @@ def test_equations_of_coordinates_without_mass_are_printed_as_they_are() -> None
     assert "m*x_ddot + c*x_dot - c*z_dot = 0   [x]" in shown
     assert "dh/dt = -c*(x_dot - z_dot)**2" in shown
     assert "onstraint" not in shown.partition("Conserved")[0] and "of constraint" not in shown
+    assert shown.startswith("text: 1 degree of freedom and 1 coordinate of first order\n")
     checked = lagrange.check(MAXWELL)
     assert checked.degrees_of_freedom == 1
 

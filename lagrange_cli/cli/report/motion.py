@@ -13,6 +13,7 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state, methods_told, notes
 from lagrange_cli.run.request import HDF5
+from lagrange_cli.spec.spec import freedom
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
@@ -167,7 +168,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
     start, spec, settings = solved.start, solved.motion.spec, solved.motion.settings
     return "\n".join(
         (
-            f"{spec.name}: {count_of(spec.degrees_of_freedom, 'degree')} of freedom",
+            f"{spec.name}: {freedom(spec.degrees_of_freedom, spec.of_first_order)}",
             *went_on(start, settings),
             f"  {ended(outcome)}",
             f"  t = {decimal(settings.start)} to {decimal(outcome.t, 10)} in "
@@ -176,7 +177,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             *changes_shown(outcome),
             *final_shown(final_state(outcome)),
             *events_line(events_told(outcome)),
-            *(constraints_shown(outcome) if spec.all_constraints else []),
+            *(constraints_shown(outcome) if spec.all_constraints.keys() - spec.massless.keys() else []),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *estimate_shown(outcome, demand),
             wrote(start, seconds["total"]),

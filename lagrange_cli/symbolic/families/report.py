@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import freedom
 from lagrange_cli.symbolic.equations import Event
 from lagrange_cli.symbolic.families.equations import EventLine, FamilyEquations
 from lagrange_cli.symbolic.families.hamilton import INVERSE, OFFSET, hamilton_form
@@ -37,7 +38,8 @@ def as_page(equations: FamilyEquations, format_: str, form: str) -> str:
     content = sections(equations, form, notation)
     if isinstance(notation, Latex):
         return blocks(equations.name, content)
-    return lines_of(equations.name, equations.degrees_of_freedom, content)
+    free = freedom(equations.degrees_of_freedom, equations.first_order)
+    return lines_of(equations.name, free, content)
 
 
 def as_mathml(equations: FamilyEquations) -> str:
