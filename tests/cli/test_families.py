@@ -121,7 +121,14 @@ def test_what_is_said_of_many_members_stays_short(tmp_path):
     assert "  coordinates: x[0..29]\n  cyclic: x[0..29]\n" in check.stdout
     assert check.stdout.count("p_x[") == 1 and "   [for i in range(30)]\n" in check.stdout
     (tmp_path / "held.yaml").write_text(FREE + "potential: x[0]**2\n", encoding="utf-8")
-    assert "and 10 more, see --json" in lagrange("check", "held.yaml", cwd=tmp_path).stdout
+    held = lagrange("check", "held.yaml", cwd=tmp_path).stdout
+    assert "  cyclic: x[1..29]\n" in held and held.count("p_x[") == 1
+    assert "   [for i in range(1, 30)]\n" in held
+    (tmp_path / "pairs.yaml").write_text(
+        FREE + "potential: sum(x[i]**2 for i in range(N) if i % 3 == 0)\n", encoding="utf-8"
+    )
+    pairs = lagrange("check", "pairs.yaml", "--size", "N=60", cwd=tmp_path).stdout
+    assert "more, see --json" in pairs and pairs.count("p_x[") == 20
     facts = json.loads(lagrange("check", "free.yaml", "--json", "--size", "N=2", cwd=tmp_path).stdout)
     assert (facts["degrees_of_freedom"], facts["cyclic"]) == (2, ["x[0]", "x[1]"])
     assert [each["expression"] for each in facts["conserved"][:2]] == ["dL/dx_dot[0]", "dL/dx_dot[1]"]

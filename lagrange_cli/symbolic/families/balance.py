@@ -127,7 +127,9 @@ def cyclic(given: Given, names: Mapping[str, Sequence[str]], momenta: Sequence[L
         kept = [name for name in family.members if f"p_{name}" in names]
         if len(kept) == len(family.members):
             shown: Iterable[tuple[str, sympy.Expr, str, Sequence[str]]] = (
-                (one.name(), one.expression, "", kept) for one in own
+                (name, one.expression, "", [name] if f"p_{name}" in names else kept)
+                for one in own
+                for name in [one.name()]
             )
         else:
             shown = in_blocks(family, kept)
