@@ -16,7 +16,9 @@ from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 
-STATES = 12
+STATES, TRIES = 12, 120
+"""The states, and those that are drawn at most: numbers need not be finite everywhere, as where a frequency
+is sqrt(g/m - k**2/m**2) with any parameters."""
 NEWTON = 12
 """Steps towards the holonomic constraints."""
 
@@ -47,7 +49,10 @@ def rates(
     wanted = [one for group in groups for one in group]
     symbols = [str(one.data) for one in reachable(wanted) if one.kind is Kind.SYMBOL]
     source = random.Random(seed)
-    for _ in range(STATES):
+    count = 0
+    for _ in range(TRIES):
+        if count == STATES:
+            break
         given = {name: source.uniform(0.4, 1.3) for name in symbols}
         v = np.array([given.setdefault(str(one.data), source.uniform(0.4, 1.3)) for one in model.v])
         value, _ = evaluate(wanted, given)
@@ -83,6 +88,7 @@ def rates(
             for row, part in zip(steep, parts)
         ]
         if np.isfinite(found).all() and np.isfinite(sizes).all():
+            count += 1
             yield [float(x) for x in found], [float(x) for x in sizes]
 
 
